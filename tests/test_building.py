@@ -27,6 +27,7 @@ def own_module(repo_root: Path, name: str) -> bytes:
     return (repo_root / "motorid" / f"{name}.abi3.so").read_bytes()
 
 
+@pytest.mark.slow
 def test_our_header_says_what_pythons_own_says(tmp_path: Path) -> None:
     """A function declared twice in different ways is an error in C."""
     both = tmp_path / "both.c"

@@ -35,6 +35,7 @@ def test_formulas_are_marked_and_numbers_stay() -> None:
     assert read_back(csv_text.table(["=a"], [[-1.5, -2, None]])) == [["'=a"], ["-1.5", "-2", ""]]
 
 
+@pytest.mark.slow
 @hypothesis.given(st.text(st.sampled_from("'=+-@a 1\t\n")))
 @hypothesis.settings(max_examples=150)
 def test_a_mark_can_be_taken_away(text: str) -> None:

@@ -154,6 +154,7 @@ def test_estimate_leaves_serial_unloaded() -> None:
     assert "serial" not in loaded_after("import motorid.identify")
 
 
+@pytest.mark.slow
 def test_a_fit_begins_without_scipy() -> None:
     """Whose rooms take as long to load as all of the estimator: where it is used, or not at all."""
     assert "scipy" not in loaded_after("import motorid.estimate.selection.entry, motorid.identify")

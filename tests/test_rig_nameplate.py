@@ -142,6 +142,7 @@ def named(found: Estimate) -> list[str]:
     return [s.code for s in found.suspects if s.strength == "named"]
 
 
+@pytest.mark.slow
 def test_a_fit_compares_with_it(wrong_gain: Capture) -> None:
     plate = {"resistance_ohm": 2.6, "torque_constant_nm_a": 7.68e-3, "inertia_kg_m2": 3.9e-7}
     found = motorid.fit(wrong_gain, nameplate=plate, model="six")
@@ -152,6 +153,7 @@ def test_a_fit_compares_with_it(wrong_gain: Capture) -> None:
         motorid.fit(wrong_gain, nameplate={"resistance": 2.6})
 
 
+@pytest.mark.slow
 def test_the_command_compares_with_it(
     wrong_gain: Capture, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -228,6 +228,7 @@ def test_a_hostile_file_is_one_sentence(says: str, capture: Capture, tmp_path: P
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_truncated_or_foreign_file_is_one_sentence(capture: Capture, tmp_path: Path) -> None:
     data = store.to_bytes(capture)
     path = tmp_path / "cut.h5"
@@ -242,6 +243,7 @@ def test_a_truncated_or_foreign_file_is_one_sentence(capture: Capture, tmp_path:
         store.load(tmp_path / "absent.h5")
 
 
+@pytest.mark.slow
 def test_a_repacked_file_still_reads(capture: Capture, tmp_path: Path) -> None:
     """As h5repack with deflate leaves it."""
     path = store.save(capture, tmp_path / "run.h5")

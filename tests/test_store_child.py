@@ -39,6 +39,7 @@ def foreign(capture: Capture, tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_what_a_child_reads_is_what_this_process_reads(
     foreign: Path, capture: Capture, tmp_path: Path, written: set[str]
 ) -> None:
@@ -74,6 +75,7 @@ def replace_child(monkeypatch: pytest.MonkeyPatch, folder: Path, body: str) -> N
     monkeypatch.setattr(store_child, "__file__", str(program))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("body", "says"),
     [

@@ -16,6 +16,7 @@ from motorid.rig import Nameplate
 from tests.acquire.rigs import SAMPLES, SHORT, run, sim_rig
 
 
+@pytest.mark.slow
 def test_a_capture_is_whole_and_says_what_it_is(tmp_path: Path) -> None:
     rig = sim_rig()
     path = record.capture(rig, rig.program, tmp_path / "run.h5", serial="M17", note="first")

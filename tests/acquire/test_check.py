@@ -47,6 +47,7 @@ def test_a_serial_that_no_journal_could_hold_stops_the_run_before_it_begins(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "says"),
     [

@@ -104,6 +104,7 @@ def test_a_badly_measured_clock_contradicts_nobody() -> None:
     assert in_force(1.0, 3e-5, shown(1.05, 0.02)) == (1.0, 3e-5, "")
 
 
+@pytest.mark.slow
 def test_a_run_finds_its_boards_wrong_clock_by_itself(tmp_path: Path) -> None:
     capture = store.load(run("clock_ppm=10000", tmp_path / "run.h5"))
     nominal = capture.provenance["identity"]["clock_hz"]
@@ -113,6 +114,7 @@ def test_a_run_finds_its_boards_wrong_clock_by_itself(tmp_path: Path) -> None:
     assert "times are by this computer's" in note
 
 
+@pytest.mark.slow
 def test_a_rig_whose_clock_was_calibrated_contradicts_nobody(tmp_path: Path) -> None:
     from motorid.acquire import record
 

@@ -28,6 +28,7 @@ START = Program(
 )
 
 
+@pytest.mark.slow
 def test_a_burst_is_faster_than_a_stream_and_reads_the_same_motor(tmp_path: Path) -> None:
     rig = bursting(sim_rig("heating=0"))
     burst = load(capture(rig, START, tmp_path / "burst.h5"))
@@ -46,6 +47,7 @@ def test_a_burst_is_faster_than_a_stream_and_reads_the_same_motor(tmp_path: Path
     assert rise == pytest.approx(slope, rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_rate_above_a_stream_s_means_the_fast_burst(tmp_path: Path) -> None:
     rig = sim_rig()
     fast = replace(rig, sampling=replace(rig.sampling, mode="burst", rate_hz=RATE_HZ))
@@ -98,12 +100,14 @@ def test_a_program_that_the_memory_does_not_hold_is_refused(tmp_path: Path) -> N
     assert not list(tmp_path.glob("*.h5"))
 
 
+@pytest.mark.slow
 def test_a_board_without_one_bursts_at_its_best(tmp_path: Path) -> None:
     rig = bursting(sim_rig("burst=1"))
     burst = load(capture(rig, START, tmp_path / "burst.h5"))
     assert 1 / np.diff(burst.time_s).mean() == pytest.approx(20_000, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_stream_after_it_is_as_ever(tmp_path: Path) -> None:
     streamed = load(run("", tmp_path / "run.h5"))
     assert streamed.channels[CURRENT].kind == "mean"

@@ -88,6 +88,7 @@ def test_a_rig_finds_its_own_file_beside_it(bench: Rig, tmp_path: Path) -> None:
         record.capture(named, bench.program, tmp_path / "run.h5")
 
 
+@pytest.mark.slow
 def test_a_current_without_a_sign_is_no_measurement(bench: Rig, tmp_path: Path) -> None:
     facts = wired().facts | {"sensor": 2, "name": "no sign"}
     front_end.store(bench.port, FrontEnd(facts, ""))

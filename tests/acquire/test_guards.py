@@ -30,6 +30,7 @@ def limited(options: str = "", **changes: object) -> Rig:
     return replace(rig, limits=replace(rig.limits, **changes))  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("minor", [0, 1, 2])
 def test_an_older_board_is_driven_as_ever(minor: int, tmp_path: Path) -> None:
     rig = sim_rig(f"minor={minor}")
@@ -57,6 +58,7 @@ def test_a_program_above_the_voltage_limit_is_refused_before_the_port_opens(tmp_
         record.capture(rig, rig.program, tmp_path / "run.h5")
 
 
+@pytest.mark.slow
 def test_a_board_holds_the_voltage_limit(tmp_path: Path) -> None:
     """A supply that rises in mid-run lifts a duty's voltage."""
     rig = limited("fault=supply:13@0.7", voltage_v=6.5, supply_max_v=20.0)
@@ -66,6 +68,7 @@ def test_a_board_holds_the_voltage_limit(tmp_path: Path) -> None:
     assert store.load(tmp_path / "run.h5").end_reason == "fault: over_voltage"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("fault", "says"),
     [("guard_open", "guard_closed is open .pin X2"), ("part_absent", "part_present is open")],
@@ -80,6 +83,7 @@ def test_an_open_contact_is_said_before_anything_turns(
     assert record.capture(plain, plain.program, tmp_path / "plain.h5").exists()
 
 
+@pytest.mark.slow
 def test_a_guard_that_opens_in_a_run_ends_it(tmp_path: Path) -> None:
     rig = limited("fault=guard_open@0.7", inputs=("guard_closed",))
     with pytest.raises(RigError, match=r"input_opened: guard_closed\).*close guard and fixture"):

@@ -96,6 +96,7 @@ def signalled(
     return lambda: made[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "numbers",
     [*([one] for one in ASKING), [HANG_UP] * 2, [HANG_UP, signal.SIGTERM]],

@@ -63,6 +63,7 @@ def test_a_reversal_draws_no_more_than_a_start() -> None:
         check_program(rig(), replace(held(), rotor=Rotor.FREE, energy_j=None))
 
 
+@pytest.mark.slow
 def test_a_clamped_rotor_is_captured_and_says_so(tmp_path: Path) -> None:
     path = record.capture(rig("clamped=1"), held(), tmp_path / "run.h5")
     capture = store.load(path)
@@ -84,6 +85,7 @@ def test_a_free_rotor_is_found_by_the_weak_pulse(tmp_path: Path, seed: int) -> N
 STICKY = "friction=7"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_the_board_stops_a_rotor_that_breaks_loose(tmp_path: Path, seed: int) -> None:
     path = tmp_path / "run.h5"

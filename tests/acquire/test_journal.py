@@ -96,6 +96,7 @@ def test_a_header_that_is_no_object_is_said() -> None:
         parse_journal(MAGIC + encode_record(Kind.HEADER, 0, b"[1]"))
 
 
+@pytest.mark.slow
 @given(st.binary(max_size=300))
 def test_any_tail_is_read_or_left_out(tail: bytes) -> None:
     found = parse_journal(HEAD + tail)
@@ -103,6 +104,7 @@ def test_any_tail_is_read_or_left_out(tail: bytes) -> None:
     assert read + found.torn == len(tail)
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(st.sampled_from([Kind.SENT, Kind.RECEIVED]), st.binary(max_size=40))))
 def test_any_records_come_back(records: list[tuple[Kind, bytes]]) -> None:
     found = parse_journal(HEAD + b"".join(encode_record(k, 0.5, d) for k, d in records))

@@ -80,6 +80,7 @@ def test_a_capture_that_is_there_stays(tmp_path: Path) -> None:
     assert len(names(tmp_path)) == 2
 
 
+@pytest.mark.slow
 def test_what_is_kept_is_counted(tmp_path: Path) -> None:
     journal = tmp_path / "run.h5.journal"
     written(journal, *RUN)

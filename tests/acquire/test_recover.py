@@ -94,6 +94,7 @@ def test_a_torn_journal_gives_what_it_holds(tmp_path: Path) -> None:
             np.testing.assert_array_equal(channel.raw, whole.channels[name].raw[:n])
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("keep_journal")
 def test_a_journal_without_a_sample_says_so(tmp_path: Path) -> None:
     path = run("", tmp_path / "run.h5")
@@ -108,6 +109,7 @@ def test_a_journal_without_a_sample_says_so(tmp_path: Path) -> None:
     assert not (tmp_path / "early.h5").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("keep_journal")
 def test_a_hostile_journal_is_one_sentence(tmp_path: Path) -> None:
     path = run("", tmp_path / "run.h5")
@@ -121,6 +123,7 @@ def test_a_hostile_journal_is_one_sentence(tmp_path: Path) -> None:
         assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_full_disk_stops_the_motor_and_keeps_what_fits(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -226,6 +229,7 @@ def variants(value: dict[str, Any]) -> Iterator[dict[str, Any]]:
                 yield value | {key: changed}
 
 
+@pytest.mark.slow
 def test_offsets_that_are_no_numbers_are_the_board_s_nominal_ones(tmp_path: Path) -> None:
     """In a journal of an earlier version, which drove such a board all the same."""
     known = assemble.decode

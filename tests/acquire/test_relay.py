@@ -198,6 +198,7 @@ def test_the_same_seed_gives_the_same_gaps(tmp_path: Path, monkeypatch: pytest.M
     assert gaps[0] != gaps[2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", ["reset", "swap"])
 @pytest.mark.parametrize("at_s", [0.05, 0.3, 0.6, 0.9, 1.2])
 def test_a_reset_or_another_board_is_said_at_any_time(

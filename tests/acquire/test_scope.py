@@ -79,6 +79,7 @@ def test_without_a_press_the_bridge_never_closes(monkeypatch: pytest.MonkeyPatch
     assert max(abs(s.values[s.names.index("current")]).max() for s in shown) < 0.05
 
 
+@pytest.mark.slow
 def test_a_press_drives_once_after_the_checks_of_a_capture(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -114,6 +115,7 @@ def test_what_could_pass_a_limit_is_refused_before_anything_turns(
     assert why in watched.said[1][1]  # and stays to be read
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("after", [0, 1], ids=["in the checks", "in the program"])
 def test_a_stop_ends_the_program(after: int, monkeypatch: pytest.MonkeyPatch) -> None:
     watched = Watched(monkeypatch)

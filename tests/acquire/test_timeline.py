@@ -142,6 +142,7 @@ def test_a_wrong_word_on_the_beginning_costs_no_sample(told: int) -> None:
     assert line.unplaced == {}
 
 
+@pytest.mark.slow
 @given(st.permutations(range(12)), st.integers(0, U32 - 1))
 def test_any_order_gives_the_same_run(order: list[int], start: int) -> None:
     line = Timeline(PERIOD, 24)

@@ -89,6 +89,7 @@ def test_a_folder_that_stays_away_names_another(
     assert len(store.load(record.recover(kept))) == SAMPLES
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="Windows removes no open file")
 def test_a_name_that_another_file_took_is_left_to_it(tmp_path: Path) -> None:
     path = tmp_path / "run.h5"
@@ -200,6 +201,7 @@ def test_a_run_longer_than_a_capture_may_be_is_refused(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_the_planned_size_is_enough_and_not_much_more(tmp_path: Path) -> None:
     rig = sim_rig()
     captured, journal = outputs.planned_bytes(rig, rig.program)

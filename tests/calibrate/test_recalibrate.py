@@ -59,6 +59,7 @@ def same(one: Capture, other: Capture) -> None:
             assert mine == (pytest.approx(its, rel=1e-12) if isinstance(its, float) else its), key
 
 
+@pytest.mark.slow
 def test_its_own_rig_changes_nothing(stored: Path, folder: Path) -> None:
     own = store.load(stored)
     same(recalibrated(own, load_rig(str(rig_file(folder)))), own)

@@ -199,6 +199,7 @@ def test_what_no_capture_says_is_damage(change: Any, says: str) -> None:
         changed(change)
 
 
+@pytest.mark.slow
 def test_what_a_capture_may_say() -> None:
     found = changed(attribute("raw_min", -np.inf)).channels["current"]
     assert found.raw_min == -np.inf

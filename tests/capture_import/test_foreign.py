@@ -156,6 +156,7 @@ def test_a_jump_may_come_before_its_reading() -> None:
     assert total == pytest.approx([5.0 * 3.6, 5.0 * 4.3, 5.0 * 5.0])
 
 
+@pytest.mark.slow
 def test_noise_of_a_voltage_is_averaged_and_its_jumps_stay() -> None:
     rng = np.random.default_rng(5)
     true = np.repeat([0.0, 6.0, -4.0, 6.0], 100)

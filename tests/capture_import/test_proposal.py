@@ -153,6 +153,7 @@ def test_columns_of_several_motors_are_asked_about(tmp_path: Path) -> None:
     assert "current=m2_current_A:A" in chosen.maps
 
 
+@pytest.mark.slow
 def test_counts_beside_a_speed_are_left_out_and_alone_are_asked_for(tmp_path: Path) -> None:
     table = columns(**TUV, speed=RPM, position=300.0).round(6)
     found = of(tmp_path, "time_s,u_V,i_A,rpm,encoder", table)

@@ -22,6 +22,7 @@ def lines(places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return state[:, 0], state[:, 1]
 
 
+@pytest.mark.slow
 @given(st.lists(st.sampled_from([-1, 0, 1]), min_size=4, max_size=200))
 def test_counts_follow_any_path(steps: list[int]) -> None:
     places = np.concatenate([[0, 1, 2], 2 + np.cumsum(steps)])  # each line has had both levels

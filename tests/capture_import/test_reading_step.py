@@ -61,6 +61,7 @@ def test_readings_of_few_repetitions_or_many_levels_look_continuous() -> None:
     assert reading_step(np.tile(rough, 4)) == 0.0
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.integers(-(2**15), 2**15), min_size=32, max_size=400),
     st.floats(1e-9, 1e6),
@@ -82,6 +83,7 @@ def test_extremes_have_an_answer(extremes: list[float]) -> None:
         assert reading_step(np.tile(extremes, 8)) >= 0.0
 
 
+@pytest.mark.slow
 @given(arrays(np.float64, st.integers(0, 64), elements=st.floats(allow_nan=False)))
 def test_any_finite_readings_have_an_answer(values: NDArray[np.float64]) -> None:
     with np.errstate(over="raise", invalid="raise", divide="raise"):

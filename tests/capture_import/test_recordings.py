@@ -75,6 +75,7 @@ def test_what_holds_no_numbers_is_named(tmp_path: Path) -> None:
         read_table(path, ["current=mode:A"])
 
 
+@pytest.mark.slow
 @given(st.lists(st.floats(), min_size=1, max_size=8), st.integers(0, 60))
 def test_a_log_that_is_cut_short_says_so(values: list[float], cut: int) -> None:
     data = recordings.wpilog_of({"x": np.array(values)}, last=False)

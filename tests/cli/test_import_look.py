@@ -45,6 +45,7 @@ def typed(monkeypatch: pytest.MonkeyPatch, line: list[str], answers: str) -> tup
     return code, out.getvalue()
 
 
+@pytest.mark.slow
 def test_without_a_terminal_it_proposes_and_imports_nothing(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -57,6 +58,7 @@ def test_without_a_terminal_it_proposes_and_imports_nothing(
     assert len(store.load(here / "log.h5")) == 600
 
 
+@pytest.mark.slow
 def test_yes_takes_a_proposal_and_the_capture_says_so(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -67,6 +69,7 @@ def test_yes_takes_a_proposal_and_the_capture_says_so(
     assert capture.provenance["serial"] == "SN 1"
 
 
+@pytest.mark.slow
 def test_yes_never_takes_what_is_open(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main.run(["import", "open.csv", "--yes"]) == 2
     error = " ".join(capsys.readouterr().err.split())
@@ -78,6 +81,7 @@ def test_yes_never_takes_what_is_open(here: Path, capsys: pytest.CaptureFixture[
     np.testing.assert_allclose(speed.values, columns(speed=1.0)[:, 0], atol=1e-4)
 
 
+@pytest.mark.slow
 def test_a_person_answers_and_confirms(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     code, shown = typed(monkeypatch, ["import", "open.csv"], "9\n1\ny\n")  # 9 is no answer
     assert code == 0
@@ -88,6 +92,7 @@ def test_a_person_answers_and_confirms(here: Path, monkeypatch: pytest.MonkeyPat
     assert (here / "open.h5").exists()
 
 
+@pytest.mark.slow
 def test_a_no_imports_nothing(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for answers in ("n\n", "\n", ""):
         code, _ = typed(monkeypatch, ["import", "log.csv"], answers)
@@ -95,6 +100,7 @@ def test_a_no_imports_nothing(here: Path, monkeypatch: pytest.MonkeyPatch) -> No
     assert not list(here.glob("*.h5"))
 
 
+@pytest.mark.slow
 def test_a_number_completes_a_proposal(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     people.row_numbers(here / "rows.csv")
     answers = "2\nsoon\n-1\n0.002\ny\n"

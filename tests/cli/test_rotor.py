@@ -71,6 +71,7 @@ def test_the_option_says_it(bench: str) -> None:
     assert program.rotor is Rotor.CLAMPED
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("word", "code"), [("y", 0), ("", 2), ("n", 2)])
 def test_a_person_is_asked(
     bench: str, word: str, code: int, monkeypatch: pytest.MonkeyPatch,

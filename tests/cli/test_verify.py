@@ -120,6 +120,7 @@ def test_records_taken_out_of_a_closed_journal_are_missed(journal: Path) -> None
     assert state_of(data[:begin] + data[begin + size :]).whole is Wholeness.DAMAGED
 
 
+@pytest.mark.slow
 def test_recover_says_that_a_journal_is_damaged(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -181,6 +181,7 @@ def test_a_full_program_takes_no_more(client: Client) -> None:
     assert client.state is State.LOADED
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("board_name", ["sim"])
 def test_as_many_steps_as_the_wire_can_count(make_client: Callable[..., Client]) -> None:
     """Indices 0 to 254: one beyond is no index, and not a program that is full."""

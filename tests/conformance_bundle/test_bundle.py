@@ -201,6 +201,7 @@ def test_a_name_that_leaves_the_folder_is_refused_though_the_manifest_lists_it(
     assert found.state == DAMAGED
 
 
+@pytest.mark.slow
 def test_a_damaged_capture_in_a_sound_zip_is_named(tmp_path: Path) -> None:
     folder = tmp_path / "b"
     folder.mkdir()

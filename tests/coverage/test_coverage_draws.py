@@ -51,6 +51,7 @@ def test_what_is_stated_is_off_by_its_stated_uncertainty() -> None:
         assert abs(np.std(values) - 1) < 4 / math.sqrt(2 * COUNT), name
 
 
+@pytest.mark.slow
 def test_motors_span_three_decades_and_hold_the_catalogue() -> None:
     rng = np.random.default_rng(1)
     drawn = [draw_motor(rng) for _ in range(2000)]

@@ -167,6 +167,7 @@ def test_a_trip_makes_all_inputs_low_at_once_and_the_next_run_begins_clean(rig: 
     assert rig.driver in HIDES or not rig.facts.get("recalled")
 
 
+@pytest.mark.slow
 def test_stop_opens_the_bridge_and_a_reset_too(rig: Rig) -> None:
     client = rig.client
     client.start(client.drive(4000, DUTY))
@@ -192,6 +193,7 @@ def test_a_driver_that_cannot_open_refuses_a_coast(rig: Rig) -> None:
     assert client.ask("add_step", index=int(rig.opens), **client.brake(40)).status is Status.OK
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "board_and_ticks",
     [case("uno", ticks) for ticks in (1, 2, 400, 798, 799, 800)]

@@ -75,6 +75,7 @@ def codes_of(converter: Any, signal_v: Floats) -> Floats:
     return np.array([converter.convert(CONVERSION * n, v) for n, v in enumerate(signal_v)], float)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(1, 5))
 def test_a_full_sine_has_as_many_effective_bits_as_the_data_sheet_says(
     converter: Any, seed: int

@@ -144,6 +144,7 @@ def test_a_few_edges_too_close_together_trip_too(rig: Rig) -> None:
     assert not rig.facts["enabled"]
 
 
+@pytest.mark.slow
 def test_a_fault_of_the_driver_cuts_the_bridge_at_once(rig: Rig) -> None:
     record = rig.drive()
     rig.client.wait(0.01)
@@ -158,6 +159,7 @@ def test_a_fault_of_the_driver_cuts_the_bridge_at_once(rig: Rig) -> None:
     assert record.one("fault")["fault"] is Fault.DRIVER
 
 
+@pytest.mark.slow
 def test_a_driver_that_complains_before_the_bridge_closes_trips_when_it_does(rig: Rig) -> None:
     """A pin that the driver holds low while it is off is no fault: many share it with enable."""
     rig.emulator.set("complain", 1)
@@ -188,6 +190,7 @@ def test_volts_are_held_while_commands_come_at_full_speed(rig: Rig) -> None:
     assert rig.emulator.times()["sample"]["most"] < LEVELS_AT
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cause", [ResetCause.EXTERNAL, ResetCause.BROWN_OUT])
 def test_through_a_reset_the_bridge_is_off(rig: Rig, cause: ResetCause) -> None:
     rig.drive()

@@ -53,6 +53,7 @@ def pulls(estimate: Estimate) -> np.ndarray:
     )
 
 
+@pytest.mark.slow
 def test_six_parameters_from_one_noisy_capture() -> None:
     estimate = fit([run()])
     assert tuple(estimate.parameters) == PARAMETERS
@@ -70,6 +71,7 @@ def test_six_parameters_from_one_noisy_capture() -> None:
         )  # a hundredth of the start's current may remain
 
 
+@pytest.mark.slow
 def test_no_start_value_is_asked_however_the_motor_is_scaled() -> None:
     """The same motor in other units: 1000 times the voltage and the inertia's square root."""
     big = {"R": 0.03, "L": 6e-5, "K": 0.6, "B": 2e-3, "J": 0.09, "T0": 0.4}

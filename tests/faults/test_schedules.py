@@ -63,6 +63,7 @@ def test_a_lost_block_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert [law[0] for law in run(QUIET, tmp_path).broken] == ["3"]
 
 
+@pytest.mark.slow
 def test_a_displaced_sample_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     add = Timeline.add
 

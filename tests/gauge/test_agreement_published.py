@@ -162,6 +162,7 @@ def test_the_attribute_command(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert run([*call, "--bad", "FAIL"]) == 2
 
 
+@pytest.mark.slow
 def test_verdicts_of_a_history(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Two stations judged four motors once each, and differ on one of them."""
     db, began = tmp_path / "line.db", datetime(2026, 11, 1, tzinfo=UTC)
@@ -292,6 +293,7 @@ def test_stations_without_a_common_motor() -> None:
         compare(meters(), reference="z")
 
 
+@pytest.mark.slow
 def test_the_stations_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A history and a file of the same readings give the same comparison."""
     db, path = tmp_path / "line.db", tmp_path / "line.csv"

@@ -50,6 +50,7 @@ def test_a_resample_in_blocks_is_the_same(
     assert parts.mean.tolist() == pytest.approx(whole.mean.tolist())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("search", [True, False])
 def test_the_powers_of_resamples_are_their_best(draws: list[np.ndarray], search: bool) -> None:
     """Of the largest likelihood by SciPy; a known power is everyone's."""

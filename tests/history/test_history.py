@@ -56,6 +56,7 @@ def test_what_makes_two_results_different(history: History) -> None:
     assert not history.add(replace(first, at=first.at + timedelta(hours=1)))
 
 
+@pytest.mark.slow
 def test_shared_texts_are_kept_once(history: History) -> None:
     for number in range(5):
         history.add(record(number))
@@ -79,6 +80,7 @@ def test_from_serial_to_capture_and_back(history: History) -> None:
     assert history.captures(sha256="%") == []  # no wildcard of SQL's gets through
 
 
+@pytest.mark.slow
 def test_queries(history: History) -> None:
     for number in range(10):
         history.add(record(number, outcome="FAIL" if number == 4 else "PASS"))

@@ -60,6 +60,7 @@ def counted(history: History, query: Query, *by: str) -> dict[tuple[str, ...], i
         return {key: n for key, n in counts(connection, query, by).items() if n}
 
 
+@pytest.mark.slow
 def test_every_check_counts_and_a_motor_once(history: History) -> None:
     """M1 of the fan is another motor than that of the pump; what was judged again is no check."""
     assert counted(history, Query(), "what", "outcome") == {

@@ -41,6 +41,7 @@ def operators(history: History) -> list[str]:
     return [history.name_of(row.operator) for row in history.results()]
 
 
+@pytest.mark.slow
 def test_a_name_is_in_no_result_and_is_known_all_the_same(place: Path) -> None:
     cited = [row[0] for row in sql(place, "SELECT operator FROM results")]
     assert len(set(cited)) == 6  # two results of one person cannot be joined
@@ -50,6 +51,7 @@ def test_a_name_is_in_no_result_and_is_known_all_the_same(place: Path) -> None:
         assert history.trail()[0]["who"] == "anna"
 
 
+@pytest.mark.slow
 def test_nobody_is_nobody(tmp_path: Path) -> None:
     with open_history(tmp_path / "line.db") as history:
         history.add(record(1))
@@ -57,6 +59,7 @@ def test_nobody_is_nobody(tmp_path: Path) -> None:
     assert sql(tmp_path / "line.db", "SELECT * FROM names") == []
 
 
+@pytest.mark.slow
 def test_old_names_are_forgotten_and_every_seal_holds(place: Path) -> None:
     with open_history(place) as history:
         early = history.forget_names("quality", now=BEGAN + YEAR)
@@ -74,6 +77,7 @@ def test_old_names_are_forgotten_and_every_seal_holds(place: Path) -> None:
         assert history.trail()[0]["who"] == FORGOTTEN
 
 
+@pytest.mark.slow
 def test_a_forgotten_name_leaves_no_bytes(place: Path) -> None:
     with open_history(place) as history:
         history.forget_names(now=BEGAN + YEAR + timedelta(days=1))
@@ -81,6 +85,7 @@ def test_a_forgotten_name_leaves_no_bytes(place: Path) -> None:
     assert not any(b"anna" in one or b"ben" in one for one in files)
 
 
+@pytest.mark.slow
 def test_another_rule_is_kept_and_said(place: Path) -> None:
     with open_history(place) as history:
         assert history.forget_names("quality", 10, now=BEGAN + timedelta(days=9)).days == 10
@@ -102,6 +107,7 @@ EDITS = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("edit", EDITS)
 def test_an_edit_is_found(place: Path, edit: str) -> None:
     statement, said = EDITS[edit]
@@ -110,6 +116,7 @@ def test_an_edit_is_found(place: Path, edit: str) -> None:
         assert any(said in problem for problem in history.verify().problems)
 
 
+@pytest.mark.slow
 def test_a_deleted_entry_of_the_trail_is_found(place: Path) -> None:
     with open_history(place) as history:
         history.note(Entry(ORDER, "refused", "ben", "k2", "SN-00009"))
@@ -118,6 +125,7 @@ def test_a_deleted_entry_of_the_trail_is_found(place: Path) -> None:
         assert any("1 entries before it were deleted" in one for one in history.verify().problems)
 
 
+@pytest.mark.slow
 def test_an_entry_goes_in_once(place: Path) -> None:
     with open_history(place) as history:
         assert not history.note(Entry(ORDER, "accepted", "anna", "k1", "SN-00000"))
@@ -159,6 +167,7 @@ def test_whatever_is_added_and_forgotten_in_any_order_stays_whole(
             assert history.name_of(row.operator) == (FORGOTTEN if gone else known[number])
 
 
+@pytest.mark.slow
 def test_a_name_within_an_older_seal_stays_and_is_counted(place: Path) -> None:
     sql(place, "UPDATE results SET operator = 'anna' WHERE id < 3")  # as step 0002 wrote them
     with open_history(place) as history:
@@ -167,6 +176,7 @@ def test_a_name_within_an_older_seal_stays_and_is_counted(place: Path) -> None:
         assert operators(history)[:3] == ["anna", "anna", FORGOTTEN]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("said", ["-1", "many", "1e3", "99999999"])
 def test_a_damaged_rule_forgets_nobody(place: Path, said: str) -> None:
     sql(place, f"UPDATE meta SET value = '{said}' WHERE name = 'names_kept_days'")
@@ -176,6 +186,7 @@ def test_a_damaged_rule_forgets_nobody(place: Path, said: str) -> None:
         assert operators(history) == ["anna", "ben"] * 3
 
 
+@pytest.mark.slow
 def test_a_history_from_before_names_were_cited_is_read(place: Path) -> None:
     sql(
         place,
@@ -189,6 +200,7 @@ def test_a_history_from_before_names_were_cited_is_read(place: Path) -> None:
         assert len(history.results()) == 6
 
 
+@pytest.mark.slow
 def test_the_commands(place: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert run(["history", "trail", str(place)]) == 0
     shown = capfd.readouterr()

@@ -59,6 +59,7 @@ def one_by_one(history: History, product: Product, query: Query) -> Counter[tupl
     return found
 
 
+@pytest.mark.slow
 def test_the_same_limits_give_every_outcome_again(history: History) -> None:
     """Passed, failed and not to be judged, as ``judge`` had them."""
     assert {row.outcome for row in history.results()} == {"PASS", "FAIL", "INVALID"}
@@ -112,6 +113,7 @@ def test_ranges_hold_each_result_once(history: History) -> None:
     assert bounds(history, Query(product="none"), 10) == []
 
 
+@pytest.mark.slow
 def test_quantities_that_were_not_measured_or_have_no_limit_now(tmp_path: Path) -> None:
     def measured(name: str, value: float | None, outcome: str) -> MeasurementRecord:
         return MeasurementRecord(name, "1", value, 0.0, 0.0, 1.0, 0.0, outcome, reason="why")

@@ -152,6 +152,7 @@ def test_names_are_forgotten_by_their_age(tmp_path: Path) -> None:
         assert history.verify().problems == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rule", "days"), [("36500", 36_500), ("36501", None), ("-1", None), ("3.5", None), ("", None)]
 )
@@ -188,6 +189,7 @@ STORED = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_results_that_other_limits_may_change(tmp_path: Path) -> None:
     """What surely passes stays in the database; so does a good result without a limit now."""
     limits = {"R": Limit("R", "ohm", 2.0, 3.0, Rule())}

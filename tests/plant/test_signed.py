@@ -114,6 +114,7 @@ def test_another_key_of_the_same_name_is_foreign(
     assert "not of the trusted key limits-2026" in found
 
 
+@pytest.mark.slow
 def test_the_history_names_results_of_unsigned_and_foreign_limits(
     limits: Path, key: Path, trusted: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

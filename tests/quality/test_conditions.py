@@ -12,6 +12,7 @@ from motorid.quality.product import Product
 from motorid.quality.verdict import Outcome
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("warm", [0, 1, 2])
 def test_the_ambient_of_the_run_that_is_out_of_range_is_said(
     warm: int, estimate: Estimate, product: Product

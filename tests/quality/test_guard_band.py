@@ -80,6 +80,7 @@ rules = st.sampled_from(
 )
 
 
+@pytest.mark.slow
 @given(rules, st.floats(1499, 1501), st.floats(0, 0.2), st.floats(0, 0.2))
 def test_acceptance_is_within_limits_and_shrinks_with_uncertainty(
     rule: Rule, value: float, u: float, more: float

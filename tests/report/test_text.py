@@ -101,6 +101,7 @@ def test_helpers() -> None:
     assert in_rpm(parameter("i", "A", 1.0)) == ""
 
 
+@pytest.mark.slow
 def test_what_makes_a_value_doubtful_stands_above_the_table() -> None:
     lag = Suspect("current_lag", "current", "it is 4 ms late", "declare it", "named", {"R": 0.1})
     limit = Suspect("supply_limited", "supply", "it gives 2 A", "take a larger", "named")

@@ -54,6 +54,7 @@ class Balanced(HTMLParser):
         self.words.append(data)
 
 
+@pytest.mark.slow
 def test_a_repr_is_one_short_line(capture: Capture, estimate: Estimate) -> None:
     for one in (capture, estimate):
         assert "\n" not in repr(one)

@@ -94,6 +94,7 @@ def test_nine_tenths_of_the_recovered_medians_are_within_a_factor_of_two():
     assert np.mean(np.abs(np.log(ratios)) < np.log(2.0)) >= 0.9
 
 
+@pytest.mark.slow
 def test_jaya_m_of_table_9_prints_its_floor_and_loses_it_with_the_exact_rule():
     of = experiment("9-w100")
     by_printed = errors(of, row(of, "Test 4 Jaya_m"), 0.0, 5, estimate=True)
@@ -149,6 +150,7 @@ def test_steiglitz_mcbride_is_exact_on_table_7_without_noise():
     assert 1e-3 < max(noisy.values()) < 10.0
 
 
+@pytest.mark.slow
 def test_speed_alone_finds_three_numbers_of_table_6_and_not_five():
     of = experiment("6-speed")
     found = errors(of, row(of, "NLS (ours)"), 0.0, 3)
@@ -158,6 +160,7 @@ def test_speed_alone_finds_three_numbers_of_table_6_and_not_five():
     assert max(errors(both, row(both, "NLS (ours)"), 0.0, 3).values()) < 1e-3
 
 
+@pytest.mark.slow
 def test_closed_forms_of_table_3():
     of = experiment("3")
     for label in ("Acceleration", "Least squares"):
@@ -183,6 +186,7 @@ def test_the_default_estimator_is_exact_without_noise(key):
     assert not populations or solution.evaluations * 50 <= min(populations)
 
 
+@pytest.mark.slow
 def test_a_back_emf_below_the_noise_is_no_reversed_encoder():
     """Table 6 has K²/(RB) = .001: with 1 % noise its ratios are known, and K alone is not."""
     of = experiment("6-both")

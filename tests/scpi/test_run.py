@@ -155,6 +155,7 @@ def test_a_supply_that_falls_silent_is_said_loudly_and_the_readings_stay(tmp_pat
     assert len(found) > 2
 
 
+@pytest.mark.slow
 def test_an_output_that_does_not_switch_off_is_said(tmp_path: Path) -> None:
     bench, clock = mock()
     original = bench.supply
@@ -169,6 +170,7 @@ def test_an_output_that_does_not_switch_off_is_said(tmp_path: Path) -> None:
         recorded(bench, clock, rig(tmp_path), tmp_path / "run.h5")
 
 
+@pytest.mark.slow
 def test_an_output_that_its_own_protection_opened_ends_the_run(tmp_path: Path) -> None:
     bench, clock = mock()
     original = bench.supply
@@ -184,6 +186,7 @@ def test_an_output_that_its_own_protection_opened_ends_the_run(tmp_path: Path) -
     assert store.load(tmp_path / "run.h5").end_reason == "fault: over-current"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scope", [True, False])
 def test_ctrl_c_switches_off_and_keeps_what_was_read(tmp_path: Path, scope: bool) -> None:
     bench, clock = mock()

@@ -83,6 +83,7 @@ def polled(folder: Path, more: str = "") -> Rig:
     return rig(folder, scope=False, rate_hz=100, more=more)
 
 
+@pytest.mark.slow
 def test_instruments_are_opened_asked_and_closed(tmp_path: Path) -> None:
     opened, said = Opened(), list[str]()
     paths = [tmp_path / "a.h5", tmp_path / "b.h5"]

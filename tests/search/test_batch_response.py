@@ -26,6 +26,7 @@ def silent(period: float, drive: np.ndarray, channels: tuple[str, ...], **more) 
     return Record(period, drive, blank(drive, channels), **more)
 
 
+@pytest.mark.slow
 @settings(max_examples=50)
 @given(
     arrays.arrays(np.float64, (3, 4, 4), elements=st.floats(-30, 30, allow_subnormal=False)),

@@ -135,6 +135,7 @@ def test_every_method_keeps_its_budget_its_cube_and_its_seed(name):
     assert first.history[-1].tolist() == [first.evaluations, first.cost]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", METHODS)
 def test_every_method_improves_much_on_a_random_draw(name):
     draws = np.sort(bowl(np.random.default_rng(0).random((3000, D))))
@@ -142,6 +143,7 @@ def test_every_method_improves_much_on_a_random_draw(name):
     assert np.median(found) < 0.3 * draws[0]
 
 
+@pytest.mark.slow
 def test_candidates_that_cannot_be_simulated_are_survived():
     def broken(u: np.ndarray) -> np.ndarray:
         cost = bowl(u)
@@ -234,6 +236,7 @@ def test_binomial_crossover_copies_one_component_at_least():
     assert abs(binomial(population, 0.5).mean() - (0.5 + 0.5 / 6)) < 0.02
 
 
+@pytest.mark.slow
 def test_others_are_distinct_uniform_and_not_the_row():
     rng = np.random.default_rng(0)
     seen = np.zeros((5, 5))

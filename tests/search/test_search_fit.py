@@ -85,6 +85,7 @@ def test_nls_without_noise_has_next_to_nothing_left_to_gain():
         assert found.parameters[name].value == pytest.approx(value, rel=0.02), name
 
 
+@pytest.mark.slow
 def test_the_m_methods_say_that_friction_went_into_b(capture):
     found = search_fit([capture], "jaya-m", budget=3000)
     assert any(d.code == "linear_model" for d in found.diagnostics)
@@ -110,6 +111,7 @@ def test_seeds_repeat(capture):
     ]
 
 
+@pytest.mark.slow
 def test_unknown_names_and_unfit_requests_are_refused(capture):
     with pytest.raises(UsageError, match="did you mean 'jaya'"):
         fit([capture], method="jayaa")

@@ -73,6 +73,7 @@ def test_two_masses_are_found_within_their_uncertainty(two_masses, method):
     assert any(d.code == "linear_model" for d in found.diagnostics)
 
 
+@pytest.mark.slow
 def test_a_population_search_takes_the_model_budget_and_seed(loaded):
     first, again, other = (
         search_fit([loaded], "pso-ci", model="quadratic-load", budget=900, seed=seed)
@@ -116,6 +117,7 @@ def test_the_position_of_a_quadratic_load_is_the_integral_of_its_speed():
     np.testing.assert_allclose(position, expected, atol=2e-3 * np.abs(position).max())
 
 
+@pytest.mark.slow
 def test_the_command_takes_budget_seed_and_model(tmp_path, capsys, loaded):
     store.save(loaded, tmp_path / "run.h5")
     options = ["--method", "jaya", "--model", "quadratic-load", "--budget", "300", "--seed", "5"]

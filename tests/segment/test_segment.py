@@ -43,6 +43,7 @@ def covers(segments: tuple[Segment, ...], n: int) -> bool:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rate_hz", "counts", "noise", "speed"),
     [
@@ -64,6 +65,7 @@ def test_every_step_of_a_run_is_named(
     assert kinds(segments) == KINDS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["small", "large"])
 @pytest.mark.parametrize("seed", range(4))
 def test_edges_fall_on_the_events(name: str, seed: int) -> None:

@@ -19,6 +19,7 @@ def column(record: Record, channel: Channel) -> np.ndarray:
     return record.samples[:, channel].astype(float)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", ["flip:0.004", "drop:0.004", "insert:0.004", "double:0.004"])
 def test_spoiled_bytes_make_bad_frames_and_lost_blocks(fault: str) -> None:
     client = Client("seed=3", fault=fault + "@0.0")

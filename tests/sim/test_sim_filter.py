@@ -99,6 +99,7 @@ def in_small_steps(taus: tuple[float, ...], samples: int = 60) -> np.ndarray:
     return np.column_stack([mean, seen[at], current[at]]) / scale.scale + scale.offset
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("query", "taus"),
     [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -44,6 +45,7 @@ def commands(draw: st.DrawFn) -> bytes:
     return encode_command(name, request, **fields)
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(st.lists(st.one_of(commands(), st.binary(max_size=70), st.integers(1, 60)), max_size=30))
 def test_no_sequence_breaks_the_board(sequence: list[bytes | int]) -> None:

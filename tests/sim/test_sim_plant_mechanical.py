@@ -133,6 +133,7 @@ def test_energy_balances_with_every_effect_on(make: Any) -> None:
     assert c.supply_energy > c.electric_energy
 
 
+@pytest.mark.slow
 def test_winding_heats_as_two_bodies_do(make: Any) -> None:
     R, V = 2.0, 2.0
     c1, c2, r1, r2, copper = 1.5, 10.0, 6.0, 20.0, 0.0039

@@ -68,6 +68,7 @@ def refused(url: str, **headers: str) -> tuple[int, str]:
     return error.value.code, error.value.read().decode()
 
 
+@pytest.mark.slow
 def test_yields_reasons_and_stations_are_those_of_the_results(history: History) -> None:
     found = line(history, Query(kind="check"), "R", newest=20)
     assert found.yields.tests == {"PASS": 38, "FAIL": 4, "INVALID": 0}
@@ -111,6 +112,7 @@ def test_an_address_that_makes_no_sense_is_refused_in_a_sentence(
         filters.read(said)
 
 
+@pytest.mark.slow
 def test_the_page_leads_from_a_point_to_its_verdict_and_to_the_curves(url: str) -> None:
     text = got(f"{url}?quantity=R")
     assert "90.24 %" in text  # 37 of 41

@@ -169,6 +169,7 @@ def test_header_sizes_are_the_specifications() -> None:
     assert "#define WIRE_STOP_STATES 0x7Fu" in header
 
 
+@pytest.mark.slow
 def test_fields_of_a_later_minor_read_as_zero_in_c(tmp_path: Path) -> None:
     text = PATH.read_text(encoding="utf-8").replace("minor = 3", "minor = 4", 1)
     old = '["samples", "u16", "", "readings to average (1 to 4096)"]'

@@ -46,6 +46,7 @@ def test_bytes_of_a_newer_minor_are_ignored(sent: Sent, appended: bytes) -> None
     assert_same(codec.decode(sent.payload + appended), sent.message)
 
 
+@pytest.mark.slow
 @given(ANY, st.integers(1, 60))
 def test_a_cut_message_is_refused(sent: Sent, cut: int) -> None:
     assume(len(sent.payload) - cut not in sent.ends)
@@ -53,6 +54,7 @@ def test_a_cut_message_is_refused(sent: Sent, cut: int) -> None:
         codec.decode(sent.payload[: max(0, len(sent.payload) - cut)])
 
 
+@pytest.mark.slow
 @given(st.one_of(st.binary(max_size=300), ANY.map(lambda sent: sent.payload)))
 def test_any_payload_decodes_or_is_refused(payload: bytes) -> None:
     try:

@@ -114,6 +114,7 @@ def test_encode_refuses_what_no_frame_holds(size: int) -> None:
         encode(bytes(size))
 
 
+@pytest.mark.slow
 @given(st.binary(max_size=2000), st.lists(st.integers(0, 2000)))
 def test_splits_do_not_matter(data: bytes, cuts: list[int]) -> None:
     decoder = Decoder()
@@ -122,6 +123,7 @@ def test_splits_do_not_matter(data: bytes, cuts: list[int]) -> None:
     assert [item for piece in pieces for item in decoder.feed(piece)] == Decoder().feed(data)
 
 
+@pytest.mark.slow
 @given(st.lists(st.one_of(payloads.map(encode), st.binary(max_size=600)), max_size=12))
 def test_any_bytes_give_frames_or_bad_frames_of_bounded_length(parts: list[bytes]) -> None:
     for item in Decoder().feed(b"".join(parts)):
@@ -139,6 +141,7 @@ damages = st.tuples(
 )
 
 
+@pytest.mark.slow
 @given(st.lists(payloads, min_size=1, max_size=8), damages)
 def test_damage_costs_at_most_two_frames(sent: list[bytes], damage: tuple[str, int, bytes]) -> None:
     """Only the frame hit is lost, and its successor where the delimiter between them is gone."""
@@ -161,6 +164,7 @@ def test_damage_costs_at_most_two_frames(sent: list[bytes], damage: tuple[str, i
     assert all(payload in sent for payload in good)
 
 
+@pytest.mark.slow
 def test_every_single_byte_error_in_a_block_is_caught() -> None:
     payload = bytes((7 * k) % 251 for k in range(60))
     frame = encode(payload)
@@ -245,6 +249,7 @@ def test_three_channels_cost_at_most_seven_bytes_a_sample() -> None:
     assert len(stream) / (100 * 32) == pytest.approx(6.59375)
 
 
+@pytest.mark.slow
 def test_ten_kilohertz_of_three_channels_cost_under_a_tenth_of_a_core() -> None:
     stream = block_stream(3125)  # ten seconds at 10 kHz
     decoder, samples = Decoder(), 0

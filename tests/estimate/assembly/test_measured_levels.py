@@ -13,6 +13,7 @@ from tests.exact_capture import FAULHABER, Plan, clean_capture
 CAPTURE = clean_capture(FAULHABER, Plan(volts=(6.0, 3.0), count=4000))
 
 
+@pytest.mark.slow
 def test_a_level_has_the_speed_and_current_of_the_motor_driven_for_ever() -> None:
     curves = fit([CAPTURE], model="six").curves
     m = FAULHABER

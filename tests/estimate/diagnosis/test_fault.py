@@ -97,6 +97,7 @@ def test_every_second_reading_held_is_seen_as_such(runs: Runs) -> None:
     assert repeated_readings.find(runs.good) == []
 
 
+@pytest.mark.slow
 def test_the_report_says_it() -> None:
     estimate = dataclasses.replace(example(), suspects=(NAMED, HIDDEN))
     rendered = text.render(estimate)

@@ -136,6 +136,7 @@ SITUATIONS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SITUATIONS)
 def test_ranks_and_combinations_agree_with_another_derivation(name: str) -> None:
     run, readings, directions, combinations = SITUATIONS[name]
@@ -151,12 +152,14 @@ def test_ranks_and_combinations_agree_with_another_derivation(name: str) -> None
         assert hidden == (parameter in knowledge.missing)
 
 
+@pytest.mark.slow
 def test_current_only_null_direction_is_the_scaling_of_torque() -> None:
     null = null_space(SITUATIONS["current only"][1])[0]
     expected = np.array([0, 0, 1, 2, 2, 1]) / np.sqrt(10)  # K → cK, B → c²B, J → c²J, T0 → cT0
     assert abs(null @ expected) == pytest.approx(1, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_a_combination_that_is_not_known_is_not_claimed() -> None:
     null = null_space(SITUATIONS["speed only"][1])
     for combination in ("J/K", "B/K", "T0/K", "J/K²"):

@@ -120,6 +120,7 @@ def test_cogging_is_found_by_its_size(folder: Path) -> None:
     assert amplitude(record, solution, K_RIPPLE, 7) < 2e-3
 
 
+@pytest.mark.slow
 def test_an_eccentric_encoder_is_found_by_its_size(folder: Path) -> None:
     clean = taken(folder, "seed=4&ripple=0.0")
     position, error = clean.channels[POSITION], 0.03  # rad

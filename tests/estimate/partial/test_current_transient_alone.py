@@ -28,6 +28,7 @@ def log(**columns: np.ndarray) -> Capture:
     return Capture(np.rint(TIME * 1e9).astype(np.int64), 1e9, channels)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "capture",
     [
@@ -57,6 +58,7 @@ def test_it_takes_no_log_that_says_more() -> None:
     assert not current_transient_alone.suits([])
 
 
+@pytest.mark.slow
 def test_a_rotor_that_a_dead_sensor_sees_standing_is_locked() -> None:
     volts = ON + 0.01 * np.random.default_rng(1).standard_normal(len(TIME))
     found = fit([log(current=RISE, terminal_voltage=volts, speed=0.0 * TIME)])

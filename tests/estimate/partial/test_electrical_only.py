@@ -92,6 +92,7 @@ def test_two_that_are_given_are_refused() -> None:
         fit([motionless(4)], fix={"K": K, "J": 4e-7})
 
 
+@pytest.mark.slow
 def test_without_the_back_emf_of_a_coast_the_drive_tells() -> None:
     """A voltage that is commanded says nothing while the bridge is open."""
     capture = motionless(6)

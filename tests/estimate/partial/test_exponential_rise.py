@@ -122,6 +122,7 @@ def test_an_interval_holds_whether_a_second_lag_is_told_or_not() -> None:
     assert (held >= 16, told) == (True, 0)
 
 
+@pytest.mark.slow
 def test_a_record_that_begins_after_the_onset_shows_none() -> None:
     late = TIME[TIME > ONSET_S + 0.01]
     found = rise([Record(late, speed(late))])
@@ -164,6 +165,7 @@ def test_values_and_covariance_are_those_of_another_fit() -> None:
     assert found.place(0) == 3
 
 
+@pytest.mark.slow
 def test_two_records_share_their_time_constant_alone() -> None:
     other = 40.0 + 0.5 * speed(TIME, onset_s=0.2)
     found = rise([Record(TIME, noisy(3)), Record(TIME, other + noisy(4) - speed(TIME))])

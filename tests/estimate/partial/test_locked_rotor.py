@@ -55,6 +55,7 @@ def responses(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return seen
 
 
+@pytest.mark.slow
 def test_a_motor_that_was_never_driven_tells_nothing_and_soon(
     tmp_path: Path, responses: list[int]
 ) -> None:

@@ -184,6 +184,7 @@ def test_volts_without_current_give_time_constant_and_gain() -> None:
     assert known.parameters["J"].value == pytest.approx(J, rel=0.02)
 
 
+@pytest.mark.slow
 def test_volts_with_resistance_and_constant_give_each_parameter_its_value_and_its_doubt() -> None:
     R, K, J, B, T0 = 2.0, 0.05, 5e-5, 2e-4, 4e-3
     equivalent = Plant(K=K / R, B=B + K**2 / R, J=J, T0=T0)

@@ -237,6 +237,7 @@ def test_rounding_is_expected_of_what_is_left(size: float, lacks: bool) -> None:
     assert ("lack_of_fit" in said(rounded, wandering, np.full(100, 2.0 * size))) is lacks
 
 
+@pytest.mark.slow
 def test_a_short_record_beside_a_long_one_shows_its_part_of_a_rise() -> None:
     """Positions of a linear motor; the second record is an eighth of the time constant long."""
     found = []

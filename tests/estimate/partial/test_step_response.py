@@ -36,6 +36,7 @@ TIME = np.arange(0.0, 1.0, 2e-3)
 NOISE = 0.5 * np.random.default_rng(0).standard_normal(len(TIME))
 
 
+@pytest.mark.slow
 def test_a_speed_alone_shows_its_time_constant_and_where_it_ends() -> None:
     found = mechanical_fit.fit([log(TIME, speed=("rad/s", risen(TIME) + NOISE))])
     assert holds(found, TAU, TAU_S)
@@ -104,6 +105,7 @@ def test_few_readings_or_hardly_a_motion_are_no_step() -> None:
     assert step_response.steps([fine]) is not None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lags", [(0.08,), (0.08, 0.01), (0.02, 0.02)])
 def test_a_rise_begins_at_nothing_and_ends_at_one_beside_its_integral(
     lags: tuple[float, ...],
@@ -116,6 +118,7 @@ def test_a_rise_begins_at_nothing_and_ends_at_one_beside_its_integral(
     assert since[-1] - whole[-1] == pytest.approx(sum(lags), rel=2e-3)  # it lags by all of them
 
 
+@pytest.mark.slow
 def test_a_second_lag_is_found_where_there_is_one() -> None:
     slow, fast = 0.08, 0.01
     t = np.maximum(TIME - ONSET_S, 0.0)

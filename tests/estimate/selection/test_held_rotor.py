@@ -143,6 +143,7 @@ def moved(counts: int) -> Capture:
     return replace(capture, channels={**capture.channels, POSITION: replace(channel, raw=raw)})
 
 
+@pytest.mark.slow
 def test_a_clamp_that_gives_way_is_said_and_one_that_opens_is_refused() -> None:
     said = {one.code for one in fit([moved(3)], model="six").diagnostics}
     assert "clamp_gave_way" in said

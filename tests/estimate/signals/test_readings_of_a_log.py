@@ -108,6 +108,7 @@ def test_after_the_last_reading_the_voltage_stays() -> None:
         assert means[4:] == pytest.approx(7.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", [JOINED, "curved", "held"])
 @given(late=st.floats(-2.0, 2.0))
 def test_what_came_later_is_as_if_its_stamps_were_later(shape: Shape, late: float) -> None:

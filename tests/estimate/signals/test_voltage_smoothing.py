@@ -25,6 +25,7 @@ def rms(x: Floats) -> float:
     return float(np.sqrt(np.mean(x**2)))
 
 
+@pytest.mark.slow
 def test_beside_a_jump_readings_are_freed_of_noise_too() -> None:
     """Of 30 logs, and none is moved one way."""
     true = np.repeat([0.0, 6.0, 2.0], 200)
@@ -51,6 +52,7 @@ def test_a_reading_s_window_lies_on_its_own_side_of_a_jump() -> None:
     assert found.ahead[200] > 0 > found.ahead[199]
 
 
+@pytest.mark.slow
 @given(st.integers(0, 9), st.floats(-4.0, 4.0), st.floats(-0.1, 0.1), st.floats(-1e-3, 1e-3))
 def test_a_parabola_stays_what_it_is(seed: int, a: float, b: float, c: float) -> None:
     """Whatever windows readings ask for, those of a parabola give it back."""

@@ -94,6 +94,7 @@ def test_nothing_at_all_has_no_process() -> None:
     assert innovation == 0.0
 
 
+@pytest.mark.slow
 @given(st.floats(-0.9, 0.9), st.floats(0.1, 9.0))
 def test_the_mean_of_the_spectrum_is_the_variance(c: float, innovation: float) -> None:
     size = 4096

@@ -75,6 +75,7 @@ def deviations(said: list[log_voltage_noise.Step]) -> Floats:
     return np.asarray(np.sqrt(np.sum([one.shared**2 for one in said], axis=0)))
 
 
+@pytest.mark.slow
 def test_steps_are_as_large_as_those_of_fits_with_more_noise() -> None:
     """Under one sine L and a lag are nearly one: what seems to tell them apart is the noise."""
     capture = log(NOISE_V)
@@ -93,6 +94,7 @@ def test_steps_are_as_large_as_those_of_fits_with_more_noise() -> None:
     assert (np.abs(np.log(away)) < 3.0 * said[:2]).all()  # the truth is within their reach
 
 
+@pytest.mark.slow
 def test_what_they_do_stands_in_the_budget_and_in_the_lags() -> None:
     record, usual = fitted(log(NOISE_V))
     errors = hidden(usual, [record])
@@ -104,12 +106,14 @@ def test_what_they_do_stands_in_the_budget_and_in_the_lags() -> None:
     assert abs(usual.own[0][place]) < 3.0 * np.sqrt(after)  # it has none
 
 
+@pytest.mark.slow
 def test_a_quiet_voltage_moves_nothing() -> None:
     record, usual = fitted(log(0.0))
     moved = deviations(list(log_voltage_noise.steps(0, record, usual)))
     assert (moved < 0.3 * np.sqrt(np.diag(usual.covariance))).all()
 
 
+@pytest.mark.slow
 def test_a_record_with_a_program_has_none() -> None:
     record = MotorRecord(measured(), PARAMETERS, {})
     solution = settled([record], PARAMETERS, TRUE)

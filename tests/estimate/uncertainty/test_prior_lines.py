@@ -84,6 +84,7 @@ def shares_of(captures: Sequence[Capture]) -> tuple[dict[str, float], str]:
     return {cause: u**2 / total**2 for cause, u in lines.items()}, remark
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("runs", [1, 3])
 def test_the_budget_names_the_brushes_however_many_runs_share_them(runs: int) -> None:
     """Their prior is one for all runs: more of them do not make it better known."""

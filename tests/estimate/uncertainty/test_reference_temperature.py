@@ -149,6 +149,7 @@ def exact() -> Estimate:
     return fit([replace(capture, ambient_c=45.0, ambient_uncertainty_c=1.0)])
 
 
+@pytest.mark.slow
 def test_the_estimate_has_r_25_its_causes_and_its_words(exact: Estimate) -> None:
     cold, hot = exact.at_25["R_25"], exact.parameters["R"]
     assert cold.value == pytest.approx(hot.value / (1 + 0.00393 * (20 + exact.rise.kelvin)))

@@ -36,6 +36,7 @@ def test_driving_and_coasting_leave_load_friction_to_its_prior() -> None:
     assert "brakes" in suspects.hidden(found)
 
 
+@pytest.mark.slow
 def test_a_step_down_brakes_the_motor_and_tells_it() -> None:
     found = fitted(6.0, 2.0)
     line = found.budget["J"].get("load friction", 0.0)

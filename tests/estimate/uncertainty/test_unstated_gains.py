@@ -61,6 +61,7 @@ def test_the_moves_are_those_of_readings_that_are_too_large(run: Capture) -> Non
     check(run, gains, 1e-3)
 
 
+@pytest.mark.slow
 def test_a_stated_gain_is_none_of_them(run: Capture) -> None:
     assert fit([run]).not_stated == {}
     exact = replace(run.channels[CURRENT], undeclared=("offset", "delay", "filter", "aperture"))

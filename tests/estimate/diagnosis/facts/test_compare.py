@@ -23,6 +23,7 @@ def run(serial: str = "", **motor: float) -> Capture:
     return replace(capture, provenance={"serial": serial})
 
 
+@pytest.mark.slow
 def test_every_capture_is_compared() -> None:
     capture = run()
     wiring = replace(capture.wiring, supply_voltage_v=9.0, pwm_hz=20e3)
@@ -61,6 +62,7 @@ def test_two_motors_that_nobody_names_differ_by_what_each_run_says_alone(factor:
     assert k.interval_95[1] > 0.99 * factor * K
 
 
+@pytest.mark.slow
 def test_one_motor_twice_is_not_doubted() -> None:
     estimate = fit([run("M17"), run("M17")])
     assert [d.code for d in estimate.diagnostics if d.severity != "info"] == []

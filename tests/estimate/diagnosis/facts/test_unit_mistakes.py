@@ -189,6 +189,7 @@ def test_a_motor_of_any_size_is_not_accused(name: str) -> None:
     assert all(said.severity == "info" and not said.moves for said in said_of(all_motors()[name]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("powers", "factor", "share"),
     [

@@ -33,6 +33,7 @@ def commanding(capture: Capture, *levels: float) -> Capture:
     return replace(capture, program=Program(tuple(steps)), channels=kept)
 
 
+@pytest.mark.slow
 def test_a_level_that_the_motor_does_not_get_is_named_with_its_time_and_share() -> None:
     real = given(6.0, -6.0, 3.0, 4.5, -3.0, 5.0)
     ((code, words),) = said(commanding(real, 6.0, -6.0, 3.0, 6.0, -3.0, 5.0))
@@ -42,6 +43,7 @@ def test_a_level_that_the_motor_does_not_get_is_named_with_its_time_and_share() 
     assert begins <= float(words.split()[1]) <= begins + 4e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("real", [5.9, 6.0])
 def test_a_supply_that_gives_the_command_is_not_accused(real: float) -> None:
     """A hundredth less is what switches and dead time take."""

@@ -56,6 +56,7 @@ def test_a_bend_is_stated_at_the_highest_reading() -> None:
     assert shown[small] == pytest.approx(WAVE[small], rel=2e-4)
 
 
+@pytest.mark.slow
 def test_what_settles_and_warms_follows_a_first_order_lag() -> None:
     time = np.linspace(0.0, 2.0, 20_001)
     step = np.ones_like(time)

@@ -144,6 +144,7 @@ def test_a_delay_beyond_its_declaration_stays_as_declared(amid_ripple: Capture) 
     assert found.budget["L"]["current delay"] > 0.0
 
 
+@pytest.mark.slow
 def test_a_delay_that_only_a_step_tells_stays_as_declared() -> None:
     """Means without ripple: the voltage is least sure where they would determine it."""
     capture = noisy(clean_capture(FAULHABER, Plan()), 3, 1e-3, 1e-4)

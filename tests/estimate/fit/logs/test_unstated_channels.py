@@ -50,6 +50,7 @@ def test_more_unknowns_need_more_gain() -> None:
     assert not Told(31.0, 4, 0.1, 2000, (), none).asked_for
 
 
+@pytest.mark.slow
 def test_the_likeliest_shape_of_a_held_voltage_is_held(tmp_path: Path) -> None:
     capture = logged(tmp_path)
     records = [MotorRecord(capture, PARAMETERS, {})]

@@ -26,6 +26,7 @@ def noise(seed: int = 1) -> np.ndarray:
     return np.random.default_rng(seed).normal(0.0, NOISE**0.5, N)
 
 
+@pytest.mark.slow
 @given(st.integers(1, 30), st.integers(0, 12))
 def test_a_mean_over_neighbours_by_counting(n: int, half: int) -> None:
     values = np.random.default_rng(n).normal(size=n)
