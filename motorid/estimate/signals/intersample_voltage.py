@@ -17,20 +17,21 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, Capture, Channel
+from motorid.capture.model import CURRENT, VOLTAGE, Capture, Channel
 from motorid.estimate.signals import jumps_in_means
-from motorid.estimate.signals.log_source import source_ohms
+from motorid.estimate.signals.log_source import source
 from motorid.estimate.signals.time_grid import IRREGULAR, Timeline
 from motorid.estimate.signals.voltage_jumps import jumps, least_jump
 from motorid.estimate.signals.voltage_smoothing import Windows, calm_windows, smoothed
 
 Floats = NDArray[np.float64]
-Shape = Literal["joined", "curved", "held", "broken", "loose", "means", "sourced"]
+Shape = Literal["joined", "curved", "held", "broken", "loose", "means", "sourced", "loose source"]
 
 JOINED: Shape = "joined"
 BROKEN: Shape = "broken"  # joined, but for jumps, before which a reading is held
 LOOSE: Shape = "loose"  # the same, and no stamp says when in its sample the voltage jumped
 SOURCED: Shape = "sourced"  # broken, of a source whose resistance the current shows
+LOOSE_SOURCE: Shape = "loose source"  # of such a source, and no stamp says when it jumped
 MEANS: Shape = "means"  # each over the time since the one before
 SHORTEST = 0.1  # usual periods: two readings that lie closer tell no slope
 RAMP = 1e-4  # usual periods within which a jump is done, on either side of its time
@@ -40,6 +41,8 @@ MISSING = 1.5  # usual periods between two readings, of which none is missing
 OFTEN, MOST_JUMPS = 0.5, 200  # share of stamps that makes a log irregular; unknowns for its jumps
 SHAPES: tuple[Shape, ...] = ("joined", "curved", "held", BROKEN, SOURCED, MEANS)  # of a log
 CONTINUOUS: tuple[Shape, ...] = (JOINED, "curved")  # that do not jump between two readings
+UNTIMED: tuple[Shape, ...] = (LOOSE, LOOSE_SOURCE)  # that jump at moments which are unknowns
+OF_SOURCE: tuple[Shape, ...] = (SOURCED, LOOSE_SOURCE)
 LEVEL: tuple[Shape, ...] = ("held", MEANS)  # that stay between two moments
 
 
@@ -142,7 +145,7 @@ class Waveform:
             return np.zeros(0, dtype=np.intp)
         found, steps = self.steps_off - 1, np.diff(self.time_s)
         rises = np.abs(np.diff(self.volts))
-        if self.shape not in (LOOSE, MEANS):
+        if self.shape not in (*UNTIMED, MEANS):
             loose = np.abs(steps / self.period_s - 1.0) > IRREGULAR
             found = found[loose[found] | (np.mean(loose) > OFTEN)]
         largest = found[np.argsort(-(rises * steps)[found])[:MOST_JUMPS]]
@@ -180,7 +183,7 @@ class Waveform:
         """
         if self.shape == "curved":
             return
-        half = (LOOSE_RAMP if self.shape == LOOSE else RAMP) * self.period_s
+        half = (LOOSE_RAMP if self.shape in UNTIMED else RAMP) * self.period_s
         steps = np.diff(self.time_s)
         rises = np.concatenate([[0.0], np.diff(self.volts) - self._slopes[:-1] * steps])
         begins = np.searchsorted(at_s, self.time_s - half)
@@ -211,7 +214,7 @@ class Waveform:
         """V/s (n,) after each reading, until the next; after the last the voltage stays."""
         steps = np.maximum(np.diff(self.time_s), SHORTEST * self.period_s)
         slopes = np.append(np.diff(self.volts) / steps, 0.0)
-        if self.shape in LEVEL or (self.shape == LOOSE and not self.wanders):
+        if self.shape in LEVEL or (self.shape in UNTIMED and not self.wanders):
             slopes[:] = 0.0
         elif self.shape != JOINED:
             slopes[self.steps_off - 1] = 0.0
@@ -285,12 +288,21 @@ def of_log(
     stamps = capture.time_s[known] - (channel.delay_s - filter_s) - aperture / 2
     second = channel.filter_s**2 if channel.filter_order == 2 else 0.0
     read = Waveform(stamps, channel.values[known], shape, capture.period_s, filter_s, second)
-    current = capture.get(CURRENT) if shape == SOURCED else None
+    current = capture.get(CURRENT) if shape in OF_SOURCE else None
     if current is None:
         return _quieted(read)
-    ohms = source_ohms(read.volts, current.values[known], read.steps_off)
+    ohms, steps = source(read.volts, current.values[known])
     drops = ohms * np.nan_to_num(current.values[known])
-    return _quieted(replace(read, volts=read.volts + drops, ohms=ohms))
+    behind = _quieted(replace(read, volts=read.volts + drops, ohms=ohms))
+    vars(behind).update(steps_off=steps)  # smaller ones than those of the terminals
+    return behind
+
+
+def source_ohms_of(capture: Capture) -> float:
+    """Ohm before the terminals of a log that shows them; 0: it shows none."""
+    channel = capture.get(VOLTAGE)
+    found = of_log(capture, channel, SOURCED) if channel is not None else None
+    return found.ohms if found is not None else 0.0
 
 
 def _quieted(read: Waveform) -> Waveform:

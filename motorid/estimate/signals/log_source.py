@@ -12,11 +12,30 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.estimate.signals.voltage_jumps import changes, jumps, level_jumps
+
 Floats = NDArray[np.float64]
 
 SKIPPED = 2  # readings after a jump, which may have come in its middle
 FEWEST = 8  # others, of a stretch that tells
 SURE = 10.0  # standard deviations by which a resistance is any
+
+
+def source(volts: Floats, amperes: Floats) -> tuple[float, NDArray[np.intp]]:
+    """Ohm before the terminals, by their readings (n,), 0: none is sure; and the readings before
+    which the source jumped.
+
+    Where it stays at levels, its jumps are clearer than those of the terminals, which follow the
+    current of a quick winding from reading to reading.
+    """
+    known = np.nan_to_num(amperes)
+    roughly = source_ohms(volts, amperes, changes(volts))
+    steps = level_jumps(volts + roughly * known) if roughly else None
+    if steps is None:
+        steps = jumps(volts)
+    ohms = source_ohms(volts, amperes, steps)
+    found = level_jumps(volts + ohms * known) if ohms else None
+    return ohms, steps if found is None else found
 
 
 def source_ohms(volts: Floats, amperes: Floats, steps_off: NDArray[np.intp]) -> float:

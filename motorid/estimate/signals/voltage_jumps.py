@@ -21,11 +21,27 @@ ENOUGH = 64  # readings of each
 SAME = 1e-9  # of the range: readings that differ by less agree but for rounding
 COARSE = 0.02  # of the range: larger steps are levels of a command, and no converter's
 CLEAR, SHARE = 8.0, 0.05  # a jump in standard deviations of a reading, and of the range
+LONG, SHORTEST = 16, 4  # readings of a level, on average and at least
 
 
 def jumps(volts: Floats) -> NDArray[np.intp]:
     """Readings (n,) before which the voltage jumped."""
     return np.asarray(np.flatnonzero(np.abs(np.diff(volts)) > least_jump(volts)) + 1, dtype=np.intp)
+
+
+def changes(volts: Floats) -> NDArray[np.intp]:
+    """Readings (n,) that lie farther from the one before than noise does."""
+    least = CLEAR * scatter(volts)
+    return np.asarray(np.flatnonzero(np.abs(np.diff(volts)) > least) + 1, dtype=np.intp)
+
+
+def level_jumps(volts: Floats) -> NDArray[np.intp] | None:
+    """Readings (n,) before which it jumped, however little, of a voltage that does so from level to
+    level; None: it changes for several readings on end.
+    """
+    steps = changes(volts)
+    alone = np.diff(steps, prepend=0, append=len(volts)) >= SHORTEST
+    return steps if alone.all() and len(steps) * LONG <= len(volts) else None
 
 
 def least_jump(volts: Floats) -> float:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
 
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
-from motorid.estimate.signals.log_source import source_ohms
+from motorid.estimate.signals.log_source import source, source_ohms
 from motorid.identify import fit
 
 R, L, K, B, J, T0 = 1.3, 4e-4, 0.02, 3e-6, 8e-6, 1.5e-3
@@ -15,31 +17,48 @@ TRUE = {"R": R, "L": L, "K": K, "J": J}
 VOLTS, EACH = (0.0, 6.0, 11.0, 4.0, 9.0), 160  # one way, so that friction keeps its sign
 
 
-def turned(ohms: float, period_s: float) -> dict[str, np.ndarray]:
-    """Readings at instants of what turns behind a source of so many ohms."""
+def turned(
+    ohms: float,
+    period_s: float,
+    levels: Sequence[float] = VOLTS,
+    shares: Sequence[float] = (),
+) -> dict[str, np.ndarray]:
+    """Readings at instants of what turns behind a source of so many ohms. ``shares``: of a period,
+    by which each jump comes after the last reading before it; none: it comes with a reading.
+    """
     law = np.zeros((4, 4))  # current, speed; source, friction
     law[0] = [-(R + ohms) / L, -K / L, 1 / L, 0.0]
     law[1] = [K / J, -B / J, 0.0, -1 / J]
     step = expm(law * period_s)[:2]
-    source = np.repeat(VOLTS, EACH)
-    state, rows = np.zeros(2), []
-    for u in source:
+    source, state, rows = np.repeat(levels, EACH), np.zeros(2), []
+    jumped = dict(zip(EACH * np.arange(1, len(levels)), shares, strict=False))
+    for n, u in enumerate(source, start=1):
         rows.append((u - ohms * state[0], *state))
-        state = step @ [*state, u, T0 if u or state[1] > 0.0 else 0.0]
+        friction = T0 if u or state[1] > 0.0 else 0.0
+        if n not in jumped:
+            state = step @ [*state, u, friction]
+            continue
+        for volts, share in ((u, jumped[n]), (source[n], 1.0 - jumped[n])):
+            state = expm(law * share * period_s)[:2] @ [*state, volts, T0]
     volts, amperes, speed = np.array(rows).T
     return {VOLTAGE: volts, CURRENT: amperes, SPEED: speed}
 
 
-def log(ohms: float, period_s: float) -> Capture:
+def log(
+    ohms: float,
+    period_s: float,
+    levels: Sequence[float] = VOLTS,
+    shares: Sequence[float] = (),
+) -> Capture:
     rng = np.random.default_rng(5)
-    shown = turned(ohms, period_s)
+    shown = turned(ohms, period_s, levels, shares)
     noise = {VOLTAGE: 2e-3, CURRENT: 2e-3, SPEED: 0.2}
     units = {VOLTAGE: "V", CURRENT: "A", SPEED: "rad/s"}
     channels = {
         name: Channel(name, units[name], x + noise[name] * rng.standard_normal(len(x)))
         for name, x in shown.items()
     }
-    ticks = np.rint(np.arange(len(VOLTS) * EACH) * period_s * 1e9).astype(np.int64)
+    ticks = np.rint(np.arange(len(levels) * EACH) * period_s * 1e9).astype(np.int64)
     return Capture(ticks, 1e9, channels)
 
 
@@ -68,6 +87,35 @@ def test_noise_is_no_resistance() -> None:
 def test_the_inductance_holds_behind_a_weak_supply(samples: float) -> None:
     """L/R of less than a sample: between two readings the terminals fall by what no line tells."""
     found = fit([log(0.2 * R, L / R / samples)], model="six").parameters
+    for name, true in TRUE.items():
+        p = found[name]
+        assert abs(p.value - true) < 3.0 * p.total, name
+        assert p.total < 0.05 * true, name
+
+
+SMALL = (0.0, 6.0, 11.0, 10.6, 4.0, 9.0)  # one jump is less than 5 % of the range
+
+
+def test_small_jumps_of_a_source_are_seen_where_its_terminals_follow_the_current() -> None:
+    shown = log(0.2, 1e-3, SMALL, (0.3, 0.8, 0.1, 0.6, 0.45)).channels
+    ohms, jumped = source(shown[VOLTAGE].values, shown[CURRENT].values)
+    assert ohms == pytest.approx(0.2, rel=0.02)
+    assert jumped.tolist() == [EACH * n for n in range(1, 6)]
+
+
+def test_without_a_source_its_jumps_are_those_of_the_terminals() -> None:
+    shown = log(0.0, 1e-3).channels
+    ohms, jumped = source(shown[VOLTAGE].values, shown[CURRENT].values)
+    assert ohms == 0.0
+    assert jumped.tolist() == steps().tolist()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("samples", [0.4, 0.8])
+def test_the_inductance_holds_where_a_weak_supply_jumps_at_any_moment(samples: float) -> None:
+    """What the terminals had between the jump and the next reading fell with the current."""
+    shown = log(0.1 * R, L / R / samples, SMALL, (0.3, 0.8, 0.1, 0.6, 0.45))
+    found = fit([shown], model="six").parameters
     for name, true in TRUE.items():
         p = found[name]
         assert abs(p.value - true) < 3.0 * p.total, name

@@ -10,9 +10,11 @@ import pytest
 from motorid.estimate.signals.voltage_jumps import (
     CLEAR,
     SHARE,
+    changes,
     count_of,
     jumps,
     least_jump,
+    level_jumps,
     rounding,
     scatter,
 )
@@ -132,3 +134,27 @@ def test_a_short_piece_at_rest_has_no_jumps_but_its_own(count: int) -> None:
     assert scatter(rest) == 0.0
     assert not len(jumps(rest))
     assert jumps(rest + 3.0 * (PLACE[:count] >= 40)).tolist() == [40]
+
+
+def test_jumps_from_level_to_level_may_be_small() -> None:
+    """Ten standard deviations, and less than SHARE of the range."""
+    volts = NOISE + 50.0 * (PLACE >= 1000) + 1.0 * (PLACE >= 2000)
+    assert jumps(volts).tolist() == [1000]
+    found = level_jumps(volts)
+    assert found is not None
+    assert found.tolist() == changes(volts).tolist() == [1000, 2000]
+
+
+@pytest.mark.parametrize(("apart", "alone"), [(3, False), (4, True)])
+def test_changes_of_readings_on_end_are_no_jumps_between_levels(apart: int, alone: bool) -> None:
+    """As of terminals behind a source, while the current rises."""
+    volts = NOISE + 3.0 * (PLACE >= 1000) + 2.0 * (1000 + apart <= PLACE)
+    assert changes(volts).tolist() == [1000, 1000 + apart]
+    assert (level_jumps(volts) is not None) is alone
+    assert level_jumps(NOISE + 3.0 * (PLACE >= 3)) is None  # a level has begun before the log
+
+
+@pytest.mark.parametrize(("every", "levels"), [(15, False), (20, True)])
+def test_a_voltage_that_jumps_often_has_no_levels(every: int, levels: bool) -> None:
+    volts = NOISE + 3.0 * (PLACE // every % 2)
+    assert (level_jumps(volts) is not None) is levels

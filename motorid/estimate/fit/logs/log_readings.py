@@ -27,7 +27,14 @@ from motorid.estimate.fit.logs.log_unknowns import (
 from motorid.estimate.fit.multistart import settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.signals.intersample_voltage import LOOSE, MEANS, Shape
+from motorid.estimate.signals.intersample_voltage import (
+    LOOSE,
+    LOOSE_SOURCE,
+    MEANS,
+    UNTIMED,
+    Shape,
+    source_ohms_of,
+)
 from motorid.estimate.signals.measurements import motion
 from motorid.estimate.solver.autoregression import inflation
 from motorid.estimate.solver.problem import Solution
@@ -125,7 +132,11 @@ def _loosened(before: Fit, again: Search) -> Fit:
     )
     if not asked and inflation(solution) < COLOURED:
         return before
-    found = again([record.capture for record in records], LOOSE, before)
+    captures = [record.capture for record in records]
+    sourced = any(source_ohms_of(capture) for capture in captures)
+    shapes = (LOOSE, LOOSE_SOURCE) if sourced else (LOOSE,)
+    tried = [again(captures, shape, before) for shape in shapes]
+    found = min(tried, key=lambda one: one[1].fair)
     more = sum(len(r.unknowns) for r in found[0]) - sum(len(r.unknowns) for r in records)
     if solution.fair - found[1].fair < more * np.log(readings(records)):  # Schwarz
         return before
@@ -135,7 +146,7 @@ def _loosened(before: Fit, again: Search) -> Fit:
 def _jumps(record: MotorRecord) -> bool:
     """Its voltage jumps, at moments that are no unknowns yet; stated means have no other shape."""
     waveform = record.sensed.waveform
-    if waveform is None or waveform.shape == LOOSE or waveform.window_s:
+    if waveform is None or waveform.shape in UNTIMED or waveform.window_s:
         return False
     return len(waveform.steps_off) > 0
 

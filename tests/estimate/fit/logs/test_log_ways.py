@@ -13,7 +13,7 @@ import pytest
 
 from motorid.capture.model import CURRENT, SPEED, Capture, Channel
 from motorid.estimate.fit.logs import log_lags, log_means, log_readings
-from motorid.estimate.signals.intersample_voltage import LOOSE, MEANS, Rival
+from motorid.estimate.signals.intersample_voltage import LOOSE, LOOSE_SOURCE, MEANS, Rival
 from motorid.estimate.solver.problem import Unknown
 from tests.estimate.fit.made_fits import (
     LAG,
@@ -264,10 +264,10 @@ def test_without_a_motion_nothing_is_asked(monkeypatch: pytest.MonkeyPatch) -> N
 def loosened(
     monkeypatch: pytest.MonkeyPatch, gain: float, asks: bool = False,
     colours: tuple[float, float] = (1.0, 1.0), shape: str = "held", jumps: int = 3,
-    window_s: float = 0.0,
+    window_s: float = 0.0, sourced: float | None = None,
 ) -> tuple[Any, Any, Any, list[Any]]:  # fmt: skip
     """The fit before, the one with three moments more, the one that is taken, and what was asked;
-    ``colours``: what either leaves.
+    ``colours``: what either leaves; ``sourced``: by how much more one of a source gains.
     """
     measured = [SimpleNamespace(values=np.zeros(1000))]
     waveform = SimpleNamespace(shape=shape, steps_off=np.arange(jumps), window_s=window_s)
@@ -279,12 +279,28 @@ def loosened(
 
     def again(captures: object, shape: str, near: object) -> Any:
         asked.append((captures, shape, near))
+        if shape == LOOSE_SOURCE and sourced is not None:
+            return loose[0], solution(100.0 - gain - sourced)
         return loose
 
+    ohms = 0.0 if sourced is None else 0.2
+    monkeypatch.setattr(log_readings, "source_ohms_of", lambda _: ohms)
     monkeypatch.setattr(log_readings, "_asks", lambda *_: asks)
     monkeypatch.setattr(log_readings, "inflation", lambda of: colours[of is loose[1]])
     found = log_readings._loosened(before, again)
     return before, loose, found, asked
+
+
+@pytest.mark.parametrize("more", [-1.0, 1.0])
+def test_a_source_that_the_log_shows_is_tried_with_the_moments(
+    more: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The likelier of both is taken."""
+    before, loose, found, asked = loosened(monkeypatch, 50.0, asks=True, sourced=more)
+    assert asked == [(["run"], LOOSE, before), (["run"], LOOSE_SOURCE, before)]
+    assert found[1].objective == pytest.approx(100.0 - 50.0 - max(more, 0.0))
+    assert (found is loose) is (more < 0.0)
+    assert loosened(monkeypatch, 50.0, True, shape=LOOSE_SOURCE)[3] == []
 
 
 @pytest.mark.parametrize(("gain", "taken"), [(3 * 6.9, False), (3 * 6.92, True)])
