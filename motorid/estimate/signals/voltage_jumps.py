@@ -20,6 +20,7 @@ SWINGS = 0.5  # of what a lower order tells: that is no noise
 ENOUGH = 64  # readings of each
 SAME = 1e-9  # of the range: readings that differ by less agree but for rounding
 COARSE = 0.02  # of the range: larger steps are levels of a command, and no converter's
+FLICKERS = 8  # readings, by which steps that noise hardly ever crosses are a converter's
 CLEAR, SHARE = 8.0, 0.05  # a jump in standard deviations of a reading, and of the range
 LONG, SHORTEST = 16, 4  # readings of a level, on average and at least
 
@@ -70,7 +71,16 @@ def scatter(volts: Floats) -> float:
     for order in ORDERS[1:]:
         less = _calm(np.diff(volts, order), order, step)
         calm = less if less < SWINGS * calm else calm
-    return max(calm, step / math.sqrt(12.0)) if calm else 0.0
+    return max(calm, step / math.sqrt(12.0)) if calm or _flickers(volts, step) else 0.0
+
+
+def _flickers(volts: Floats, step: float) -> bool:
+    """Readings (n,) leave a level by one ``step`` and come back at once, however seldom: it is a
+    converter's, and no command's. How far its levels lie from the voltage none of them tells.
+    """
+    before, now, after = volts[:-2], volts[1:-1], volts[2:]
+    off, same = np.abs(now - before), np.abs(after - before) < step / 2.0
+    return bool(np.sum(same & (off > step / 2.0) & (off < 1.5 * step)) >= FLICKERS)
 
 
 def _calm(differences: Floats, order: int, step: float) -> float:

@@ -158,3 +158,23 @@ def test_changes_of_readings_on_end_are_no_jumps_between_levels(apart: int, alon
 def test_a_voltage_that_jumps_often_has_no_levels(every: int, levels: bool) -> None:
     volts = NOISE + 3.0 * (PLACE // every % 2)
     assert (level_jumps(volts) is not None) is levels
+
+
+def in_steps(seldom: int, level_v: float = 6.02) -> np.ndarray:
+    """A level in steps of .05 V, of which every so many readings show the next one."""
+    step = 0.05
+    return step * (np.round(level_v / step) + (PLACE % seldom == 7))
+
+
+@pytest.mark.parametrize(("seldom", "rounded"), [(COUNT // 8, True), (COUNT // 7, False)])
+def test_steps_that_noise_hardly_ever_crosses_are_a_converters(seldom: int, rounded: bool) -> None:
+    """Three quarters of the stretches are still: where the level lies in its step nobody knows."""
+    volts = in_steps(seldom) - 12.0 * (PLACE > COUNT // 2)
+    assert scatter(volts) == pytest.approx(0.05 / np.sqrt(12.0) if rounded else 0.0)
+
+
+def test_levels_of_a_command_that_differ_by_little_have_no_scatter() -> None:
+    """In steps of .05 V as well, but none comes back at once."""
+    volts = 6.0 + 0.05 * (PLACE // 500 % 2) - 12.0 * (PLACE > COUNT // 2)
+    assert count_of(volts) == pytest.approx(0.05)
+    assert scatter(volts) == 0.0
