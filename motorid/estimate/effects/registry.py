@@ -44,6 +44,7 @@ from motorid.estimate.effects.source.diode_drops import DIODE_DROPS
 from motorid.estimate.effects.source.duty_of_volts import DUTY_OF_VOLTS
 from motorid.estimate.effects.source.held_inductance import HELD_INDUCTANCE
 from motorid.estimate.effects.source.reference_drift import REFERENCE_DRIFT
+from motorid.estimate.effects.source.reference_sag import REFERENCE_SAG
 from motorid.estimate.effects.source.sampling_phases import SAMPLING_PHASES
 from motorid.estimate.effects.source.source_level import SOURCE_LEVEL
 from motorid.estimate.effects.source.voltage_gain import VOLTAGE_GAIN
@@ -137,6 +138,7 @@ ADDED = (
     SPEED_FILTER,
     *(kind for kinds in SMOOTHED.values() for kind in kinds.values()),
     DRIVEN_CURRENT_OFFSET,
+    REFERENCE_SAG,
     QUADRATIC_FRICTION,
     FRICTION_BY_DIRECTION,
     # of wider models

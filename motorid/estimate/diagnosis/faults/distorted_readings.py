@@ -6,6 +6,7 @@ of what the channel shows.
 
 Readings tell that two gains of a channel differ, not which of them is the true one. A gain that is
 off by a share takes R and L with it, B, J and T0 the other way: so much of them is in doubt.
+A reference that falls with the current is right where none flows: its size is estimated.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from motorid.estimate.diagnosis.fault import (
     Effect,
     Hypothesis,
     Words,
+    acting,
     changed_voltage,
     highest,
     series,
@@ -29,6 +31,7 @@ from motorid.estimate.diagnosis.fault import (
     word,
 )
 from motorid.estimate.effects.brush_and_heating import DROP
+from motorid.estimate.effects.source.reference_sag import REFERENCE_SAG
 from motorid.estimate.fit.block_regression import Size
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.measurements import EMF
@@ -51,6 +54,7 @@ SOME = 0.01  # of a gain, or of the highest reading
 MOST = 1.2  # of a gain: a channel that shows nothing below, or of one sign, is none of its ends
 SHORTEST = 1e-2  # samples: at once
 LOSSY = 0.05  # of the highest voltage: brushes that drop more bend a little as a voltage may
+SAG = 0.3  # of a reference, at the highest current: more, and no converter worked
 WIDEST, LONGEST = 0.5, 2.0  # of the highest reading; of the longest time tried
 
 
@@ -202,7 +206,35 @@ def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
         peak = max((_peak(record, name) for record in records), default=0.0)
         if peak > 0.0:
             found += [_of(name, one, peak) for one in each]
-    return found
+    return found + _sagging(records)
+
+
+def _sagging(records: Sequence[MotorRecord]) -> list[Hypothesis]:
+    """Of boards whose converters read both: a reference that falls as the motor draws current."""
+    peak = highest(records, CURRENT)
+    if not peak > 0.0 or any(
+        r.sensed.channel is None or r.sensed.waveform is not None for r in records
+    ):
+        return []
+    follows = all(m.channel.ratiometric for r in records if (m := r.block(CURRENT)) is not None)
+    shown = "the voltage reads" if follows else "the current and the voltage both read"
+
+    def words(size: Floats) -> Words:
+        more = 100.0 * float(size[0]) * peak
+        return Words(
+            "converters' reference",
+            f"at {peak:.3g} A {shown} {more:.2g} % more than by the gain at no current, in "
+            "proportion to the current, as of converters whose reference falls while the motor "
+            "draws it",
+            REFERENCE_SAG.remedy,
+        )
+
+    return [
+        Hypothesis(
+            "reference_sags", acting(REFERENCE_SAG), ((SOME / peak,),), (SOME / peak,), (0.0,),
+            (SAG / peak,), words, quantity=REFERENCE_SAG,
+        )
+    ]  # fmt: skip
 
 
 def _peak(record: MotorRecord, name: str) -> float:

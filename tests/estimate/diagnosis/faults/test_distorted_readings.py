@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 
 import numpy as np
@@ -14,6 +15,7 @@ from motorid.capture.model import CURRENT, VOLTAGE, Capture
 from motorid.estimate.diagnosis.faults import distorted_readings as distorted
 from motorid.estimate.effects.brush_and_heating import DROP
 from motorid.estimate.results.estimate import PARAMETERS
+from motorid.estimate.results.status import Status
 from motorid.identify import fit
 from tests.estimate.diagnosis.faults import inject
 from tests.estimate.diagnosis.faults.cases import Runs
@@ -83,6 +85,25 @@ def test_every_channel_that_is_read_may_be_distorted() -> None:
     assert "speed_bent" in {h.code for h in distorted.hypotheses([record("moving")])}
 
 
+def test_a_reference_sags_only_where_converters_read_current_and_voltage() -> None:
+    for name, offered in (("measured", True), ("diodes", True), ("commanded", False),
+                          ("log", False)):  # fmt: skip
+        codes = {h.code for h in distorted.hypotheses([record(name)])}
+        assert ("reference_sags" in codes) is offered
+
+
+def test_a_sag_of_the_reference_is_told_at_the_highest_current() -> None:
+    subject = record("measured")
+    found = {h.code: h for h in distorted.hypotheses([subject])}["reference_sags"]
+    current = subject.block(CURRENT)
+    assert current is not None
+    peak = float(np.abs(current.values).max())
+    said = found.words(np.array([0.008 / peak]))
+    assert f"at {peak:.3g} A the current and the voltage both read 0.8 % more" in said.evidence
+    assert "reference" in said.action
+    assert found.lower == (0.0,)  # what rises with the load is no reference that it pulls down
+
+
 def test_beside_brushes_that_drop_much_no_voltage_is_accused() -> None:
     subject = record("measured").twin()
     for drop, offered in ((0.04, True), (0.06, False)):
@@ -130,6 +151,13 @@ def _of(name: str, shown: Callable[..., Floats], *size: float) -> Callable[[Runs
     return capture
 
 
+def _sagging(r: Runs, share: float = 0.01) -> Capture:
+    """Whose current and voltage read so much too high at the highest current."""
+    current, volts = (r.good.channels[name].values for name in (CURRENT, VOLTAGE))
+    gain = 1.0 + share * np.abs(current) / r.peak_a
+    return inject.changed(inject.changed(r.good, CURRENT, gain * current), VOLTAGE, gain * volts)
+
+
 LONG = {"voltage_settling", "current_low_range"}  # to find
 CASES = {
     "current_bent": _of(CURRENT, distorted.bent, -0.05),
@@ -142,6 +170,7 @@ CASES = {
     "current_settling": _of(CURRENT, distorted.settling, 0.04, 0.05),
     "voltage_settling": _of(VOLTAGE, distorted.settling, 0.03, 0.03),
     "voltage_bent": _of(VOLTAGE, distorted.bent, -0.03),
+    "reference_sags": _sagging,
 }
 
 
@@ -160,3 +189,27 @@ def test_a_distorted_channel_is_named_and_what_it_moved_is_covered(code: str, ru
         assert p.interval_95 is not None
         half = (p.interval_95[1] - p.interval_95[0]) / 2.0
         assert abs(p.value - truth[name]) < 2.0 * half  # 4 u
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("share", [0.007, 0.01])
+def test_a_reference_that_sags_is_estimated_with_the_motor(share: float, runs: Runs) -> None:
+    """Named with its size; no parameter is doubtful by it."""
+    estimate = fit([_sagging(runs, share)])
+    (said,) = [s for s in estimate.suspects if s.strength == "named"]
+    assert (said.code, said.allowed) == ("reference_sags", True)
+    told = re.search(r"both read ([\d.]+) % more", said.evidence)
+    assert told is not None
+    assert float(told[1]) == pytest.approx(100.0 * share, rel=0.2)
+    truth = sim.truth(f"sim://?motor={runs.bench.motor}")
+    for name in PARAMETERS:
+        p = estimate.parameters[name]
+        assert p.value is not None
+        assert p.total is not None
+        assert p.status is Status.ESTIMATED
+        assert abs(p.value - truth[name]) < 3.0 * p.total
+
+
+@pytest.mark.slow
+def test_a_good_capture_has_no_distorted_channel(runs: Runs) -> None:
+    assert [s.code for s in fit([runs.good]).suspects if s.strength == "named"] == []
