@@ -28,7 +28,13 @@ from motorid.estimate.model.standing_response import Run, StandingResponse
 from motorid.estimate.model.weighting import Weighed
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.excitation import Excitation
-from motorid.estimate.signals.intersample_voltage import CONTINUOUS, JOINED, Rival, Shape
+from motorid.estimate.signals.intersample_voltage import (
+    CONTINUOUS,
+    CURVED_MEANS,
+    JOINED,
+    Rival,
+    Shape,
+)
 from motorid.estimate.signals.measurements import EMF, Measured, read
 from motorid.estimate.signals.source.discontinuous_current import divided
 from motorid.estimate.signals.source.pwm_bridge import ripple
@@ -67,7 +73,8 @@ class MotorRecord(Weighed):
         shape: Shape = JOINED,
     ) -> None:
         self.capture = capture
-        timeline = with_standstill(capture, lay(capture, shape in CONTINUOUS))
+        laid = lay(capture, shape in CONTINUOUS, shape == CURVED_MEANS)
+        timeline = with_standstill(capture, laid)
         sensed = sense(capture, timeline, shape)
         if sensed is None:
             raise DataError("the capture holds no voltage: R, L and K cannot be known from it")

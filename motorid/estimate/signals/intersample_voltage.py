@@ -1,9 +1,9 @@
 """The voltage of somebody else's log: readings at stamps, whatever the motor had in between.
 
 Nobody says whether the voltage went straight from a reading to the next, was a smooth curve, or was
-held until then (a controller's output), or whether a reading is the mean since the one before, nor
-by how much its stamps are off those of the other channels. The first is tried in each way, the
-second is an unknown of the fit.
+held until then (a controller's output), or whether a reading is the mean since the one before, of
+a level or of a curve, nor by how much its stamps are off those of the other channels. The first is
+tried in each way, the second is an unknown of the fit.
 """
 
 from __future__ import annotations
@@ -18,21 +18,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, VOLTAGE, Capture, Channel
-from motorid.estimate.signals import jumps_in_means
+from motorid.estimate.signals import curved_means, jumps_in_means
 from motorid.estimate.signals.log_source import source
 from motorid.estimate.signals.time_grid import IRREGULAR, Timeline
 from motorid.estimate.signals.voltage_jumps import jumps, least_jump
 from motorid.estimate.signals.voltage_smoothing import Windows, calm_windows, smoothed
 
 Floats = NDArray[np.float64]
-Shape = Literal["joined", "curved", "held", "broken", "loose", "means", "sourced", "loose source"]
+Shape = Literal[
+    "joined", "curved", "held", "broken", "loose", "means", "curved means", "sourced",
+    "loose source",
+]  # fmt: skip
 
 JOINED: Shape = "joined"
 BROKEN: Shape = "broken"  # joined, but for jumps, before which a reading is held
 LOOSE: Shape = "loose"  # the same, and no stamp says when in its sample the voltage jumped
 SOURCED: Shape = "sourced"  # broken, of a source whose resistance the current shows
 LOOSE_SOURCE: Shape = "loose source"  # of such a source, and no stamp says when it jumped
-MEANS: Shape = "means"  # each over the time since the one before
+MEANS: Shape = "means"  # each over the time since the one before, of a level
+CURVED_MEANS: Shape = "curved means"  # the same of a voltage that moves in that time
 SHORTEST = 0.1  # usual periods: two readings that lie closer tell no slope
 RAMP = 1e-4  # usual periods within which a jump is done, on either side of its time
 LOOSE_RAMP = 5e-3  # the same where no stamp tells that time: readings tell it no better
@@ -44,6 +48,7 @@ CONTINUOUS: tuple[Shape, ...] = (JOINED, "curved")  # that do not jump between t
 UNTIMED: tuple[Shape, ...] = (LOOSE, LOOSE_SOURCE)  # that jump at moments which are unknowns
 OF_SOURCE: tuple[Shape, ...] = (SOURCED, LOOSE_SOURCE)
 LEVEL: tuple[Shape, ...] = ("held", MEANS)  # that stay between two moments
+OF_MEANS: tuple[Shape, ...] = (MEANS, CURVED_MEANS)
 
 
 @dataclass(frozen=True)
@@ -52,9 +57,9 @@ class Waveform:
 
     ``shape``: they are joined by straight lines, or by a spline; or each is held until the next; or
     (broken) they are joined but where the voltage jumps, at its stamp or (loose) before it. Means
-    are levels, which begin at ``time_s``. ``window_s``: of a mean, as declared; 0: nobody says so.
-    A source lies ``ohms`` before the terminals; else 0. ``windows``: over which readings were
-    freed of noise; None: they were not.
+    are levels, or (curved means) those of parabolas, which begin at ``time_s``. ``window_s``: of a
+    mean, as declared; 0: nobody says so. A source lies ``ohms`` before the terminals; else 0.
+    ``windows``: over which readings were freed of noise; None: they were not.
     ``filter_s``: first, and ``filter_s2`` second time constant of the declared low-pass that they
     passed, 1/(1 + filter_s s + filter_s2 s²); s and s².
     """
@@ -141,11 +146,11 @@ class Waveform:
     @cached_property
     def jumps(self) -> NDArray[np.intp]:
         """Readings before which the voltage jumped at a moment that no stamp tells."""
-        if self.shape in (*CONTINUOUS, MEANS):
+        if self.shape in (*CONTINUOUS, *OF_MEANS):
             return np.zeros(0, dtype=np.intp)
         found, steps = self.steps_off - 1, np.diff(self.time_s)
         rises = np.abs(np.diff(self.volts))
-        if self.shape not in (*UNTIMED, MEANS):
+        if self.shape not in UNTIMED:
             loose = np.abs(steps / self.period_s - 1.0) > IRREGULAR
             found = found[loose[found] | (np.mean(loose) > OFTEN)]
         largest = found[np.argsort(-(rises * steps)[found])[:MOST_JUMPS]]
@@ -185,7 +190,10 @@ class Waveform:
             return
         half = (LOOSE_RAMP if self.shape in UNTIMED else RAMP) * self.period_s
         steps = np.diff(self.time_s)
-        rises = np.concatenate([[0.0], np.diff(self.volts) - self._slopes[:-1] * steps])
+        starts, slopes, bends = self._courses
+        rises = np.concatenate([[0.0], np.diff(starts) - slopes[:-1] * steps])
+        if bends is not None:
+            rises[1:] -= bends[:-1] * steps**2
         begins = np.searchsorted(at_s, self.time_s - half)
         many = np.searchsorted(at_s, self.time_s + half, side="right") - begins
         some = np.repeat(begins - np.cumsum(many) + many, many) + np.arange(many.sum())
@@ -195,19 +203,27 @@ class Waveform:
 
     @cached_property
     def _value(self) -> Callable[[Moments], Floats]:
-        """V at times within the log, joined or curved."""
+        """V at times within the log, of a shape that does not stay between two moments."""
         if self.shape == "curved":
             from scipy.interpolate import CubicSpline
 
             curve = CubicSpline(self.time_s, self.volts)
             return lambda within: np.asarray(curve(within.at_s), dtype=np.float64)
-        slopes = self._slopes
+        starts, slopes, bends = self._courses
 
         def value(within: Moments) -> Floats:
             past = within.at_s - within.each(self.time_s)
-            return np.asarray(within.each(self.volts) + within.each(slopes) * past)
+            volts = within.each(starts) + within.each(slopes) * past
+            return volts if bends is None else volts + within.each(bends) * past**2
 
         return value
+
+    @cached_property
+    def _courses(self) -> tuple[Floats, Floats, Floats | None]:
+        """V, V/s and V/s² (n,) from each reading on, until the next; the last None: all are 0."""
+        if self.shape != CURVED_MEANS:
+            return self.volts, self._slopes, None
+        return curved_means.parabolas(self.time_s, self.volts, SHORTEST * self.period_s)
 
     @cached_property
     def _slopes(self) -> Floats:
@@ -229,14 +245,17 @@ class Waveform:
 
             flux = CubicSpline(time, volts).antiderivative()
             return lambda within: np.asarray(flux(within.at_s), dtype=np.float64)
-        steps, slopes = np.diff(time), self._slopes
-        rises = steps * (volts[:-1] + slopes[:-1] * steps / 2)
+        steps, (starts, slopes, bends) = np.diff(time), self._courses
+        more = 0.0 if bends is None else bends[:-1] * steps**2 / 3
+        rises = steps * (starts[:-1] + slopes[:-1] * steps / 2 + more)
         total = np.concatenate([[0.0], np.cumsum(rises)])
 
         def so_far(within: Moments) -> Floats:
             past = within.at_s - within.each(time)
-            flux = within.each(slopes)  # total + past (volts + slopes past / 2), in place
-            for factor, more in ((past / 2, volts), (past, total)):
+            flux = within.each(slopes)  # total + past (starts + past / 2 (slopes + ..)), in place
+            if bends is not None:
+                flux += within.each(bends) * past * (2.0 / 3.0)
+            for factor, more in ((past / 2, starts), (past, total)):
                 flux *= factor
                 flux += within.each(more)
             return flux
@@ -273,7 +292,7 @@ class Rival:
 def of_log(
     capture: Capture, channel: Channel, shape: Shape, windows: Windows | None = None
 ) -> Waveform | None:
-    """The waveform of a capture without a program. That of declared means has no other shape.
+    """The waveform of a capture without a program. Declared means have no shape but of means.
 
     ``windows``: over which means are freed of noise; None: as they are found to be calm.
     """
@@ -282,8 +301,9 @@ def of_log(
         return None
     aperture = channel.window_s
     averaged = aperture > capture.period_s / 2
-    if averaged or shape == MEANS:
-        return _of_means(capture, channel, aperture if averaged else 0.0, windows)
+    if averaged or shape in OF_MEANS:
+        found = _of_means(capture, channel, aperture if averaged else 0.0, windows)
+        return replace(found, shape=shape) if shape == CURVED_MEANS else found
     filter_s = min(channel.filter_delay_s, channel.delay_s)
     stamps = capture.time_s[known] - (channel.delay_s - filter_s) - aperture / 2
     second = channel.filter_s**2 if channel.filter_order == 2 else 0.0

@@ -4,7 +4,7 @@ Interval n ends at grid tick n. A step that begins at tick t governs the interva
 samples keep their place on the grid and carry no reading. The grid of a log, whose voltage changed
 when it liked and whose stamps may be irregular, is several times finer than its samples, which lie
 between two ticks, and finer still where that voltage jumps; but not where every reading of the
-voltage is a mean since the one before.
+voltage is the mean of a level since the one before.
 """
 
 from __future__ import annotations
@@ -108,8 +108,9 @@ class Timeline:
         return grid
 
 
-def lay(capture: Capture, continuous: bool = False) -> Timeline:
-    """The capture's timeline; ``continuous``: of a log whose voltage is taken not to jump.
+def lay(capture: Capture, continuous: bool = False, moving: bool = False) -> Timeline:
+    """The capture's timeline; ``continuous``: of a log whose voltage is taken not to jump;
+    ``moving``: whose voltage is taken to move within the time of a mean.
 
     Raises DataError for fewer than 16 samples or irregular stamps.
     """
@@ -124,7 +125,8 @@ def lay(capture: Capture, continuous: bool = False) -> Timeline:
     place = (capture.ticks - capture.ticks[0]) / (capture.clock_hz * period)
     index = np.rint(place).astype(np.intp)
     jitter = float(np.abs(place - index).max())
-    if capture.program is None and not (jitter <= IRREGULAR and _told_throughout(capture)):
+    level = jitter <= IRREGULAR and not moving
+    if capture.program is None and not (level and _told_throughout(capture)):
         return _of_log(capture, jitter, continuous)
     if jitter > JITTER or np.diff(index).min() < 1:
         raise DataError(

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, VOLTAGE, Channel
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.signals.intersample_voltage import MEANS, Waveform, of_log
+from motorid.estimate.signals.intersample_voltage import OF_MEANS, Waveform, of_log
 from motorid.estimate.signals.voltage_jumps import count_of, jumps, rounding, scatter
 from motorid.estimate.signals.voltage_smoothing import smoothed
 from motorid.estimate.solver.dense_products import square
@@ -111,7 +111,7 @@ def _shaken(
     """The waveform of readings with ``noise`` (n,) in V, which jumps where it did and is freed of
     noise as it was: a noisier log would be less.
     """
-    if waveform.windows is None or waveform.shape == MEANS:
+    if waveform.windows is None or waveform.shape in OF_MEANS:
         raw = np.asarray(channel.raw, dtype=np.float64) + noise / channel.scale
         channel = replace(channel, raw=raw)
         return of_log(record.capture, channel, record.shape, waveform.windows)

@@ -35,7 +35,9 @@ def solution(
 
 def record(shape: str = "joined", simulated: int = 10, **facts: Any) -> Any:
     """As much of a log's record as a choice looks at."""
-    waveform = SimpleNamespace(window_s=0.0, ohms=0.0, wanders=False, period_s=PERIOD_S)
+    waveform = SimpleNamespace(
+        shape=shape, volts=np.zeros(99), window_s=0.0, ohms=0.0, wanders=False, period_s=PERIOD_S
+    )
     return SimpleNamespace(**{
         "shape": shape, "simulated": simulated, "rivals": (), "left_open": (), "untried": 0,
         "found": {}, "instances": (), "unknowns": (), "measured": [],

@@ -64,6 +64,8 @@ def means(**facts: Any) -> Channel:
 
 def test_a_log_whose_voltage_is_told_throughout_needs_no_finer_grid() -> None:
     assert lay(capture(EVEN, **{VOLTAGE: means()})).period_s == 1e-4
+    moves = lay(capture(EVEN, **{VOLTAGE: means()}), moving=True)  # and jumps
+    assert moves.period_s == pytest.approx(1e-4 / FINEST)
     calm = replace(means(), raw=np.r_[np.nan, np.ones(39)])
     assert lay(capture(EVEN, **{VOLTAGE: calm})).period_s == pytest.approx(1e-4 / FINER)
     for other in (

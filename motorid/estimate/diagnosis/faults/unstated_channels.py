@@ -28,7 +28,7 @@ from motorid.estimate.fit.logs.log_lags import TAKEN
 from motorid.estimate.fit.logs.log_unknowns import readings
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Suspect
-from motorid.estimate.signals.intersample_voltage import CONTINUOUS, MEANS
+from motorid.estimate.signals.intersample_voltage import CONTINUOUS, OF_MEANS
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.log_voltage_noise import foreseen
 
@@ -187,7 +187,9 @@ def lags(record: MotorRecord, sizes: Mapping[str, tuple[float, float]]) -> Itera
 def _jumped_before_its_reading(record: MotorRecord, found: Size) -> bool:
     """A voltage that jumps is seen to at the next reading, up to a sample later, by any clock."""
     waveform = record.sensed.waveform
-    if waveform is None or waveform.shape in (*CONTINUOUS, MEANS) or not len(waveform.steps_off):
+    if waveform is None or waveform.shape in (*CONTINUOUS, *OF_MEANS):
+        return False
+    if not len(waveform.steps_off):
         return False
     return 0.0 <= found.seconds <= waveform.period_s + SURE * found.uncertainty_s
 

@@ -30,7 +30,7 @@ from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.intersample_voltage import (
     LOOSE,
     LOOSE_SOURCE,
-    MEANS,
+    OF_MEANS,
     UNTIMED,
     Shape,
     source_ohms_of,
@@ -154,7 +154,7 @@ def _jumps(record: MotorRecord) -> bool:
 def _asks(record: MotorRecord, values: Floats, own: Floats) -> bool:
     """After jumps of the voltage the current is left far larger residuals than elsewhere."""
     waveform, current = record.sensed.waveform, record.block(CURRENT)
-    if waveform is None or current is None or not _jumps(record) or waveform.shape == MEANS:
+    if waveform is None or current is None or not _jumps(record) or waveform.shape in OF_MEANS:
         return False
     jumped = waveform.time_s[waveform.steps_off]
     left = record.departures(values, own)[record.measured.index(current)]

@@ -1,8 +1,9 @@
 """The shapes that a log's voltage may have between its readings, and the likeliest of them.
 
 Nobody says whether a voltage joins its readings, holds them or jumps between them. So each shape is
-fitted, and what the others leave more is said of them as rivals. A speed of means in place of
-instants is late by half a sample, as a held voltage is: with it, all shapes are tried again.
+fitted, and what the others leave more is said of them as rivals. Means, stated or likeliest, are
+tried as those of a curve as well. A speed of means in place of instants is late by half a sample,
+as a held voltage is: with it, all shapes are tried again.
 """
 
 from __future__ import annotations
@@ -20,8 +21,10 @@ from motorid.estimate.fit.multistart import settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.unexplained import unsupported
+from motorid.estimate.signals import curved_means
 from motorid.estimate.signals.intersample_voltage import (
     BROKEN,
+    CURVED_MEANS,
     JOINED,
     MEANS,
     SHAPES,
@@ -68,6 +71,10 @@ def of_every_shape(
             records = fresh(shape)
             tried.append((records, settled(records, free, other)))
         found.append(min(tried, key=lambda one: one[1].fair))
+    best = min(found, key=lambda one: one[1].fair)
+    if any(_moves_in_means(record) for record in best[0]):
+        records = fresh(CURVED_MEANS)
+        found.append((records, settled(records, free, merged(start, best[1]))))
     return found
 
 
@@ -131,6 +138,12 @@ def _shapes(records: Sequence[MotorRecord]) -> Sequence[Shape]:
     waveforms = [record.sensed.waveform for record in records]
     stated = all(waveform is not None and waveform.window_s for waveform in waveforms)
     return (MEANS,) if stated else SHAPES
+
+
+def _moves_in_means(record: MotorRecord) -> bool:
+    """Its voltage is taken for means of levels, and moves besides its jumps."""
+    waveform = record.sensed.waveform
+    return waveform is not None and waveform.shape == MEANS and curved_means.move(waveform.volts)
 
 
 def _wanders(record: MotorRecord) -> bool:

@@ -14,12 +14,12 @@ import pytest
 
 from motorid.capture.model import SPEED
 from motorid.estimate.fit.logs import log_shapes
-from motorid.estimate.signals.intersample_voltage import MEANS, SHAPES
+from motorid.estimate.signals.intersample_voltage import CURVED_MEANS, MEANS, SHAPES
 from motorid.estimate.solver.problem import Solution
 from tests.estimate.fit.made_fits import NAMES, PERIOD_S, fit, record, solution
 
 
-def test_stated_means_have_no_other_shape() -> None:
+def test_stated_means_have_no_shape_but_of_means() -> None:
     stated = record()
     stated.sensed.waveform.window_s = PERIOD_S
     assert log_shapes._shapes([stated]) == (MEANS,)
@@ -79,6 +79,26 @@ def test_a_shape_that_is_another_one_is_not_searched(monkeypatch: pytest.MonkeyP
     assert set(SHAPES) - shapes(wandering) == {"sourced"}
     unordered, _ = shapes_tried(monkeypatch, supported=False, wanders=True, ohms=0.2)
     assert set(SHAPES) - shapes(unordered) == {MEANS}
+
+
+MOVING, STEPPED = np.linspace(0.0, 9.0, 99), np.repeat([0.0, 9.0, 4.0], 33)
+
+
+@pytest.mark.parametrize(
+    ("volts", "means_end", "tried"),
+    [(MOVING, 30.0, True), (STEPPED, 30.0, False), (MOVING, 45.0, False)],
+)
+def test_means_that_are_likeliest_and_move_are_tried_as_those_of_a_curve(
+    volts: Any, means_end: float, tried: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From where they ended."""
+    found, begun = shapes_tried(
+        monkeypatch, ends=lambda shape, _: means_end if shape == MEANS else 50.0, volts=volts
+    )
+    assert (CURVED_MEANS in shapes(found)) is tried
+    shape, start = begun[-1]
+    assert shape == (CURVED_MEANS if tried else MEANS)
+    assert start["R"] == (means_end if tried else 40.0)
 
 
 GONE = 0.01 * 40.0 * PERIOD_S  # H, of which readings tell nothing
