@@ -96,8 +96,9 @@ def test_responses_are_spent_at_last(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_wider_model_gets_few_passes_unless_it_asks_for_more(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    """One that leads on; what swings in vain ends earlier."""
     for how, passes in (({}, 2), ({"thorough": True}, alternating_fit.MOST_PASSES - 1)):
-        turns = Turns(monkeypatch, *[1.0, -1.0] * 40)
+        turns = Turns(monkeypatch, *[1.0] * 40)
         turns.record.names = (*PARAMETERS, "T_q")
         turns.run(**how)
         assert len(turns.enough) == passes
