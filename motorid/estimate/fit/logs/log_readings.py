@@ -135,10 +135,13 @@ def _loosened(before: Fit, again: Search) -> Fit:
     captures = [record.capture for record in records]
     sourced = any(source_ohms_of(capture) for capture in captures)
     shapes = (LOOSE, LOOSE_SOURCE) if sourced else (LOOSE,)
-    tried = [again(captures, shape, before) for shape in shapes]
-    found = min(tried, key=lambda one: one[1].fair)
-    more = sum(len(r.unknowns) for r in found[0]) - sum(len(r.unknowns) for r in records)
-    if solution.fair - found[1].fair < more * np.log(readings(records)):  # Schwarz
+    price = float(np.log(readings(records)))  # of each unknown (Schwarz)
+
+    def total(fit: Fit) -> float:
+        return fit[1].fair + price * sum(len(record.unknowns) for record in fit[0])
+
+    found = min((again(captures, shape, before) for shape in shapes), key=total)
+    if total(found) > total(before):
         return before
     return found if asked or inflation(found[1]) < COLOURED else before
 

@@ -264,10 +264,11 @@ def test_without_a_motion_nothing_is_asked(monkeypatch: pytest.MonkeyPatch) -> N
 def loosened(
     monkeypatch: pytest.MonkeyPatch, gain: float, asks: bool = False,
     colours: tuple[float, float] = (1.0, 1.0), shape: str = "held", jumps: int = 3,
-    window_s: float = 0.0, sourced: float | None = None,
+    window_s: float = 0.0, sourced: float | None = None, jump: int = 3,
 ) -> tuple[Any, Any, Any, list[Any]]:  # fmt: skip
     """The fit before, the one with three moments more, the one that is taken, and what was asked;
-    ``colours``: what either leaves; ``sourced``: by how much more one of a source gains.
+    ``colours``: what either leaves; ``sourced``: by how much more one of a source gains, which
+    has ``jump`` moments.
     """
     measured = [SimpleNamespace(values=np.zeros(1000))]
     waveform = SimpleNamespace(shape=shape, steps_off=np.arange(jumps), window_s=window_s)
@@ -280,7 +281,9 @@ def loosened(
     def again(captures: object, shape: str, near: object) -> Any:
         asked.append((captures, shape, near))
         if shape == LOOSE_SOURCE and sourced is not None:
-            return loose[0], solution(100.0 - gain - sourced)
+            moments = ("offset", *range(1, jump + 1))
+            one = record(measured=measured, unknowns=moments)
+            return [one], solution(100.0 - gain - sourced)
         return loose
 
     ohms = 0.0 if sourced is None else 0.2
@@ -301,6 +304,14 @@ def test_a_source_that_the_log_shows_is_tried_with_the_moments(
     assert found[1].objective == pytest.approx(100.0 - 50.0 - max(more, 0.0))
     assert (found is loose) is (more < 0.0)
     assert loosened(monkeypatch, 50.0, True, shape=LOOSE_SOURCE)[3] == []
+
+
+@pytest.mark.parametrize(("more", "taken"), [(6.9, False), (6.92, True)])
+def test_a_source_with_a_jump_more_must_pay_for_it(
+    more: float, taken: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _, loose, found, _ = loosened(monkeypatch, 50.0, asks=True, sourced=more, jump=4)
+    assert (found is not loose) is taken
 
 
 @pytest.mark.parametrize(("gain", "taken"), [(3 * 6.9, False), (3 * 6.92, True)])
