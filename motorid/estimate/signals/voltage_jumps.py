@@ -27,12 +27,16 @@ LONG, SHORTEST = 16, 4  # readings of a level, on average and at least
 
 def jumps(volts: Floats) -> NDArray[np.intp]:
     """Readings (n,) before which the voltage jumped."""
-    return np.asarray(np.flatnonzero(np.abs(np.diff(volts)) > least_jump(volts)) + 1, dtype=np.intp)
+    return _farther(volts, least_jump(volts))
 
 
 def changes(volts: Floats) -> NDArray[np.intp]:
     """Readings (n,) that lie farther from the one before than noise does."""
-    least = CLEAR * scatter(volts)
+    return _farther(volts, CLEAR * scatter(volts))
+
+
+def _farther(volts: Floats, least: float) -> NDArray[np.intp]:
+    """Readings (n,) that differ by more than so many V from the one before."""
     return np.asarray(np.flatnonzero(np.abs(np.diff(volts)) > least) + 1, dtype=np.intp)
 
 

@@ -13,7 +13,7 @@ import pytest
 
 from motorid.capture.model import CURRENT, SPEED, Capture, Channel
 from motorid.estimate.fit.logs import log_lags, log_means, log_readings
-from motorid.estimate.signals.intersample_voltage import LOOSE, LOOSE_SOURCE, MEANS, Rival
+from motorid.estimate.signals.intersample_voltage import Rival
 from motorid.estimate.solver.problem import Unknown
 from tests.estimate.fit.made_fits import (
     LAG,
@@ -142,38 +142,6 @@ def test_a_mean_that_takes_the_windings_time_constant_is_none(
     assert log_readings._averaged(before, SPEED, lambda *_: other) is before
 
 
-def jumped(near: float, shape: str = "held", window_s: float = 0.0) -> Any:
-    """Residuals of the current that are ``near`` within three samples of a jump, 1 elsewhere."""
-    left = np.ones(200)
-    jumps = np.array([50, 120])
-    for at in jumps:
-        left[at : at + 3] = near
-    waveform = SimpleNamespace(
-        shape=shape, steps_off=jumps, time_s=PERIOD_S * (np.arange(200.0) - 0.3),
-        period_s=PERIOD_S, window_s=window_s,
-    )  # fmt: skip
-    current = SimpleNamespace(keep=np.arange(200))
-    return record(
-        sensed=SimpleNamespace(waveform=waveform), block=lambda _: current, measured=[current],
-        departures=lambda *_: [left], timeline=SimpleNamespace(period_s=PERIOD_S),
-    )  # fmt: skip
-
-
-@pytest.mark.parametrize(("near", "asks"), [(1.2, False), (1.25, True), (-1.25, True)])
-def test_larger_residuals_after_jumps_ask_for_their_moments(near: float, asks: bool) -> None:
-    assert log_readings._asks(jumped(near), np.zeros(6), np.zeros(0)) is asks
-
-
-def test_shapes_without_jumps_of_their_own_ask_for_none() -> None:
-    assert not log_readings._asks(jumped(9.0, LOOSE), np.zeros(6), np.zeros(0))
-    assert not log_readings._asks(jumped(9.0, MEANS), np.zeros(6), np.zeros(0))
-    assert log_readings._asks(jumped(9.0), np.zeros(6), np.zeros(0))
-    assert not log_readings._asks(jumped(9.0, window_s=1e-4), np.zeros(6), np.zeros(0))
-    calm = jumped(9.0)
-    calm.sensed.waveform.steps_off = np.zeros(0, dtype=int)
-    assert not log_readings._asks(calm, np.zeros(6), np.zeros(0))
-
-
 # a current that is late
 
 
@@ -259,115 +227,6 @@ def test_without_a_motion_nothing_is_asked(monkeypatch: pytest.MonkeyPatch) -> N
     assert log_readings.taken(records, before, ("K",), {}, {}) == (records, before)
     monkeypatch.setattr(log_readings, "motion", lambda _: "a motion")
     assert log_readings.taken(records, before, ("R", "L"), {}, {}) == (records, before)
-
-
-def loosened(
-    monkeypatch: pytest.MonkeyPatch, gain: float, asks: bool = False,
-    colours: tuple[float, float] = (1.0, 1.0), shape: str = "held", jumps: int = 3,
-    window_s: float = 0.0, sourced: float | None = None, jump: int = 3,
-) -> tuple[Any, Any, Any, list[Any]]:  # fmt: skip
-    """The fit before, the one with three moments more, the one that is taken, and what was asked;
-    ``colours``: what either leaves; ``sourced``: by how much more one of a source gains, which
-    has ``jump`` moments.
-    """
-    measured = [SimpleNamespace(values=np.zeros(1000))]
-    waveform = SimpleNamespace(shape=shape, steps_off=np.arange(jumps), window_s=window_s)
-    one = record(measured=measured, capture="run", unknowns=("offset",),
-                 sensed=SimpleNamespace(waveform=waveform))  # fmt: skip
-    before = [one], replace(solution(100.0), own=(np.zeros(1),))
-    loose = [record(measured=measured, unknowns=("offset", 1, 2, 3))], solution(100.0 - gain)
-    asked: list[Any] = []
-
-    def again(captures: object, shape: str, near: object) -> Any:
-        asked.append((captures, shape, near))
-        if shape == LOOSE_SOURCE and sourced is not None:
-            moments = ("offset", *range(1, jump + 1))
-            one = record(measured=measured, unknowns=moments)
-            return [one], solution(100.0 - gain - sourced)
-        return loose
-
-    ohms = 0.0 if sourced is None else 0.2
-    monkeypatch.setattr(log_readings, "source_ohms_of", lambda _: ohms)
-    monkeypatch.setattr(log_readings, "_asks", lambda *_: asks)
-    monkeypatch.setattr(log_readings, "inflation", lambda of: colours[of is loose[1]])
-    found = log_readings._loosened(before, again)
-    return before, loose, found, asked
-
-
-@pytest.mark.parametrize("more", [-1.0, 1.0])
-def test_a_source_that_the_log_shows_is_tried_with_the_moments(
-    more: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The likelier of both is taken."""
-    before, loose, found, asked = loosened(monkeypatch, 50.0, asks=True, sourced=more)
-    assert asked == [(["run"], LOOSE, before), (["run"], LOOSE_SOURCE, before)]
-    assert found[1].objective == pytest.approx(100.0 - 50.0 - max(more, 0.0))
-    assert (found is loose) is (more < 0.0)
-    assert loosened(monkeypatch, 50.0, True, shape=LOOSE_SOURCE)[3] == []
-
-
-@pytest.mark.parametrize(("more", "taken"), [(6.9, False), (6.92, True)])
-def test_a_source_with_a_jump_more_must_pay_for_it(
-    more: float, taken: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    _, loose, found, _ = loosened(monkeypatch, 50.0, asks=True, sourced=more, jump=4)
-    assert (found is not loose) is taken
-
-
-@pytest.mark.parametrize(("gain", "taken"), [(3 * 6.9, False), (3 * 6.92, True)])
-def test_moments_of_jumps_must_pay_for_each_of_them(
-    gain: float, taken: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Three unknowns more, at ln 1000 = 6.908 each."""
-    before, loose, found, asked = loosened(monkeypatch, gain, asks=True)
-    assert asked == [(["run"], LOOSE, before)]
-    assert found is (loose if taken else before)
-    before, _, found, asked = loosened(monkeypatch, gain, asks=False)
-    assert asked == []
-    assert found is before
-
-
-@pytest.mark.parametrize(
-    ("colour", "left", "gain", "tried", "taken"),
-    [
-        (4.0, 3.9, 50.0, True, True),
-        (4.0, 4.0, 50.0, True, False),  # they are not what the residuals lack
-        (3.9, 1.0, 50.0, False, False),
-        (4.0, 1.0, 3 * 6.9, True, False),  # and they must pay as well
-    ],
-)
-def test_moments_of_jumps_are_tried_of_coloured_residuals_and_must_leave_none(
-    colour: float, left: float, gain: float, tried: bool, taken: bool,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
-    before, loose, found, asked = loosened(monkeypatch, gain, colours=(colour, left))
-    assert bool(asked) is tried
-    assert found is (loose if taken else before)
-
-
-@pytest.mark.parametrize(("asks", "taken"), [(True, True), (False, False)])
-def test_residuals_that_ask_for_moments_may_stay_coloured(
-    asks: bool, taken: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    _, loose, found, asked = loosened(monkeypatch, 50.0, asks, (9.0, 8.0))
-    assert len(asked) == 1
-    assert (found is loose) is taken
-
-
-def test_moments_are_tried_of_every_shape_that_jumps_but_where_they_are_unknowns_already(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    for shape in ("joined", "held", MEANS):
-        assert len(loosened(monkeypatch, 50.0, colours=(9.0, 1.0), shape=shape)[3]) == 1
-    assert loosened(monkeypatch, 50.0, colours=(9.0, 1.0), shape=LOOSE)[3] == []
-    assert loosened(monkeypatch, 50.0, True, (9.0, 1.0), jumps=0)[3] == []
-
-
-@pytest.mark.parametrize("asks", [True, False])
-def test_stated_means_have_no_moments(asks: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    before, _, found, asked = loosened(monkeypatch, 50.0, asks, (9.0, 1.0), MEANS, window_s=1e-4)
-    assert asked == []
-    assert found is before
 
 
 def test_a_mean_is_as_late_as_the_low_pass_was(monkeypatch: pytest.MonkeyPatch) -> None:
