@@ -68,7 +68,8 @@ NEAR = 2e-3  # of all that there is to explain: not worth another step of a fit
 SHARE = 0.3  # and this share of all that there is to explain,
 PART = 0.15  # the least share of a fault that explains so much surely
 FEW, BETTER = 4, 2  # steps of a fit from every size, and how many go on to their end
-MUCH = 0.5  # of the misfit, that a fault leaves: another may be the larger one
+MUCH = 0.5  # of the misfit, that a fault leaves: another may be the larger one,
+# and that one which explains a small misfit has to explain
 MOSTLY = 0.75  # the least share of a vague one that explains a small misfit
 ODD = 2.0  # excess of one run over that of any other, which makes it the one to look at
 VANISHED, AGAIN = 0.05, 0.3  # L/R in sample periods
@@ -106,7 +107,7 @@ class Trial:
         much |= self.gain > LIKELY and (self.seen or self.share > SHARE)
         far = self.farthest > BEYOND
         harms = far or max(abs(s) for s in self.shift.values()) > HARM
-        most = MOSTLY if self.hypothesis.vague else SHARE
+        most = MOSTLY if self.hypothesis.vague else MUCH
         enough = (much and harms) or (self.clear and self.share > most and far)
         told = abs(float(self.found.size[0])) >= self.hypothesis.least
         return enough and told and not self.at_bound and self.chance * SURE < 1.0

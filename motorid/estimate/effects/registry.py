@@ -50,7 +50,6 @@ from motorid.estimate.effects.source.source_level import SOURCE_LEVEL
 from motorid.estimate.effects.source.voltage_gain import VOLTAGE_GAIN
 from motorid.estimate.effects.source.voltage_noise import VOLTAGE_NOISE
 from motorid.estimate.effects.source.voltage_offset import VOLTAGE_OFFSET
-from motorid.estimate.effects.source.voltage_resolution import VOLTAGE_RESOLUTION
 from motorid.estimate.effects.source.winding_warming import WINDING_WARMING
 from motorid.estimate.effects.source.wiring_resistance import WIRING_RESISTANCE
 from motorid.estimate.effects.state.coast_start import COAST_START
@@ -112,7 +111,6 @@ CAPTURED = (
     CURRENT_DELAY,
     VOLTAGE_DELAY,
     MOTION_DELAY,
-    VOLTAGE_RESOLUTION,
     SAMPLING_PHASES,
     DUTY_OF_VOLTS,
     DIODE_DROPS,

@@ -1,8 +1,9 @@
 """What stays unknown of the voltage that drove the motor, although its source was fitted.
 
-The mean of n noisy readings knows a part's level to noise/√n, and an encoder sees less than that
-leaves open. And a bridge that renews its duty by a noisy measurement really jitters: a motor then
-enters its coast a little faster or slower than the mean voltage says, and stays so.
+The mean of n noisy readings knows a part's level to noise/√n and to what its converter is straight
+by, and an encoder sees less than that leaves open. And a bridge that renews its duty by a noisy
+measurement really jitters: a motor then enters its coast a little faster or slower than the mean
+voltage says, and stays so.
 """
 
 from __future__ import annotations
@@ -28,8 +29,8 @@ LEAST = 1e-9  # of a level: no uncertainty is smaller
 
 
 class SourceNoise:
-    """Of one capture: the parts whose ``levels`` are means of readings that scatter, and ``coasts``
-    that begin where such a part ends (indices of the timeline's parts).
+    """Of one capture: the parts whose ``levels`` readings leave open, and ``coasts`` that begin
+    where a part ends whose readings scatter (indices of the timeline's parts).
     """
 
     def __init__(self, capture: Capture, timeline: Timeline, sensed: Sense) -> None:
@@ -37,21 +38,20 @@ class SourceNoise:
         self._sensed = sensed
         supply = capture.get(SUPPLY)
         self._supply = None if supply is None else timeline.spread(supply.values)
-        self.levels = tuple(
-            k
-            for k, part in enumerate(self._parts)
-            if not part.open and part.kind is not None and self._noise(k, None) > 0.0
-        )
+        driven = [k for k, p in enumerate(self._parts) if not p.open and p.kind is not None]
+        scattered = {k for k in driven if self._noise(k, None) > 0.0}
+        self.levels = tuple(k for k in driven if k in scattered or self._rounded(k))
         self.coasts = tuple(
             k for k, part in enumerate(self._parts)
-            if k - 1 in self.levels and part.open and _samples(part) >= FEWEST
+            if k - 1 in scattered and part.open and _samples(part) >= FEWEST
         )  # fmt: skip
 
     def level_deviation(self, k: int, source: Source | None) -> float:
         """Standard uncertainty (V) of the mean voltage of part ``k``."""
         part = self._parts[k]
         volts = float(np.abs(self._sensed.volts[part.slice]).mean())
-        return max(self._noise(k, source) / math.sqrt(_samples(part)), LEAST * volts, LEAST)
+        mean = self._noise(k, source) / math.sqrt(max(_samples(part), 1))
+        return max(math.hypot(mean, self._sensed.level_uncertainty), LEAST * volts, LEAST)
 
     def speed_deviation(
         self, k: int, source: Source | None, motor: Sequence[float] | Floats
@@ -75,6 +75,11 @@ class SourceNoise:
             return noise
         reading = sum(square(d) for d in idle) / (2 * count)
         return float(np.sqrt(max(noise**2 - reading, LEAST_JITTER * noise**2)))
+
+    def _rounded(self, k: int) -> bool:
+        """Whether part ``k`` has readings whose converter's steps leave its level open."""
+        part = self._parts[k]
+        return _samples(part) >= FEWEST and self._sensed.level_uncertainty > 0.0
 
     def _noise(self, k: int, source: Source | None) -> float:
         """Standard deviation (V) of a reading of part ``k``'s voltage, by its neighbours."""

@@ -20,6 +20,8 @@ from motorid.program import StepKind
 
 Floats = NDArray[np.float64]
 
+LINEARITY = 0.5  # of a converter's step: how far a level lies off the straight line of its gain
+
 
 @dataclass(frozen=True)
 class Sense:
@@ -59,6 +61,13 @@ class Sense:
             return gain
         rail = float(np.nanmedian(np.abs(self.channel.values)))
         return math.hypot(gain, self.channel.offset_uncertainty / rail) if rail else gain
+
+    @property
+    def level_uncertainty(self) -> float:
+        """V, standard, of a level however often it is read: its converter rounds, and leaves a
+        straight line by about as much. Levels made of one supply share its error, as a gain.
+        """
+        return 0.0 if self.commanded or self.channel is None else LINEARITY * self.resolution
 
 
 def sense(capture: Capture, timeline: Timeline, shape: Shape = JOINED) -> Sense | None:

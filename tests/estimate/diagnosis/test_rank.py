@@ -59,9 +59,9 @@ def suspect(code: str, allowed: bool = False) -> Suspect:
         (trial(gain=0.09, share=0.01, seen=True), False),
         (trial(gain=9.0, shift=0.001), False),  # it moves nothing
         (trial(gain=9.0, shift=0.001, far=2.1), True),  # but beyond what is uncertain
-        (trial(gain=0.01, share=0.4, shift=0.001, far=2.1, clear=True), True),  # small, and sure
+        (trial(gain=0.01, share=0.6, shift=0.001, far=2.1, clear=True), True),  # small, and sure
         (trial(gain=0.01, share=0.6, shift=0.1, far=1.9, clear=True), False),
-        (trial(gain=0.01, share=0.29, shift=0.1, far=2.1, clear=True), False),
+        (trial(gain=0.01, share=0.49, shift=0.1, far=2.1, clear=True), False),
         (trial(gain=0.01, share=0.6, far=2.1), False),
         (trial(gain=9.0, shift=-0.003), True),
         (trial(gain=9.0, size=8.9), True),
@@ -70,7 +70,7 @@ def suspect(code: str, allowed: bool = False) -> Suspect:
         (trial(gain=9.0, chance=0.24), True),
         (trial(gain=9.0, chance=0.26), False),  # noise of a voltage makes a quarter of its size
         (trial(gain=9.0, chance=0.26, seen=True), False),
-        (trial(gain=0.01, share=0.4, shift=0.001, far=2.1, clear=True, chance=0.26), False),
+        (trial(gain=0.01, share=0.6, shift=0.001, far=2.1, clear=True, chance=0.26), False),
     ],
 )
 def test_a_fault_convinces_by_what_it_explains_and_moves(one: Trial, named: bool) -> None:

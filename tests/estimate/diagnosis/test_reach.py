@@ -57,8 +57,9 @@ def test_lost_counts_are_sized_by_the_travel(runs: Runs) -> None:
     assert found.suspects[0].code == "encoder_loses_counts"
     for name in ("K", "J", "B", "T0"):
         off, half = error(found, runs, name)
-        assert found.parameters[name].status == "doubtful"
         assert off < half < WIDEST * off
+        if name != "B":  # which no lost count moves beyond what the levels leave open of it
+            assert found.parameters[name].status == "doubtful"
     assert found.parameters["L"].status == "estimated"
 
 

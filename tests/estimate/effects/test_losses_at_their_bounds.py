@@ -224,7 +224,7 @@ def test_each_of_three_changes_asks_for_another_response(facts: dict[str, Any]) 
 def noise(parts: list[Part], volts: np.ndarray, **facts: Any) -> SourceNoise:
     line = Timeline(1e-4, len(volts), np.arange(len(volts)), tuple(parts), 0.0)
     sensed: Any = SimpleNamespace(
-        **{"volts": volts, "shows_emf": True, "commanded": False, **facts}
+        **{"volts": volts, "shows_emf": True, "commanded": False, "level_uncertainty": 0.0, **facts}
     )
     return SourceNoise(Capture(np.arange(len(volts)) * 100, 1e6, {}), line, sensed)
 

@@ -14,7 +14,6 @@ from motorid.estimate.effects.iron.eddy_currents import EDDY_CURRENTS
 from motorid.estimate.effects.iron.saturation import SATURATION
 from motorid.estimate.effects.iron.share_of_inductance import ShareOfInductance, usual
 from motorid.estimate.effects.source.duty_of_volts import DUTY_OF_VOLTS
-from motorid.estimate.effects.source.voltage_resolution import VOLTAGE_RESOLUTION
 from motorid.estimate.signals.time_grid import Part
 from motorid.program import Decay, StepKind
 
@@ -92,24 +91,6 @@ def test_eddy_currents_are_expected_where_pulses_alone_tell_the_inductance(
         assert EDDIES_IN_PULSES.scale(subject) == pytest.approx(MOTOR[1])
     subject.judged_at = None
     assert EDDIES_IN_PULSES.prior(subject, 0) is None
-
-
-@pytest.mark.parametrize(
-    ("step", "noises", "there"),
-    [
-        (0.01, (0.0029,), True), (0.01, (0.0031,), False), (0.01, (0.001, 0.0031), False),
-        (0.0, (0.0,), False), (0.01, (), False), (0.01, (None, 0.0), True),
-    ],
-)  # fmt: skip
-def test_a_converters_step_matters_where_no_noise_dithers_it(
-    step: float, noises: tuple[float | None, ...], there: bool
-) -> None:
-    each = tuple(None if n is None else SimpleNamespace(noise=n) for n in noises)
-    subject: Any = SimpleNamespace(sensed=SimpleNamespace(resolution=step), sources=each)
-    prior = VOLTAGE_RESOLUTION.prior(subject, 0)
-    assert (prior is not None) is there
-    if prior is not None:
-        assert prior.sd == pytest.approx(step / 12**0.5)  # evenly within a step
 
 
 SLOW, FAST, NONE = Decay.SYNCHRONOUS_SLOW, Decay.FAST, Decay.NONE

@@ -29,11 +29,12 @@ def noise() -> SourceNoise:
 
 
 def test_a_mean_of_n_readings_is_known_to_its_root() -> None:
-    """0.05 V of noise on every reading of a level."""
+    """0.05 V of noise on every reading of a level, from a converter of 0.01 V a step."""
     one = record("noisy_source")
     for k in noise().levels:
         count = one.timeline.parts[k].stop - one.timeline.parts[k].start - HEAD
-        assert noise().level_deviation(k, None) == pytest.approx(0.05 / np.sqrt(count), rel=0.25)
+        expected = np.hypot(0.05 / np.sqrt(count), 0.005)
+        assert noise().level_deviation(k, None) == pytest.approx(expected, rel=0.15)
 
 
 def test_a_jitter_moves_a_coast_by_what_the_motor_lets_through() -> None:
@@ -47,8 +48,7 @@ def test_a_jitter_moves_a_coast_by_what_the_motor_lets_through() -> None:
 
 
 def test_an_exact_level_leaves_nothing_open() -> None:
-    one = record("diodes")
-    assert SourceNoise(one.capture, one.timeline, one.sensed).levels == ()
+    assert given([IDLE, DRIVEN], loud(0.0, 0.0)).levels == ()
 
 
 def test_temperatures_act_on_no_reading() -> None:
@@ -62,10 +62,12 @@ def test_temperatures_act_on_no_reading() -> None:
 
 def given(
     parts: list[Part], volts: np.ndarray, emf: bool = True, commanded: bool = False,
-    supply: np.ndarray | None = None,
+    supply: np.ndarray | None = None, bend: float = 0.0,
 ) -> SourceNoise:  # fmt: skip
     line = Timeline(1e-4, len(volts), np.arange(len(volts)), tuple(parts), 0.0)
-    sensed: Any = SimpleNamespace(volts=volts, shows_emf=emf, commanded=commanded)
+    sensed: Any = SimpleNamespace(
+        volts=volts, shows_emf=emf, commanded=commanded, level_uncertainty=bend
+    )
     channels = {} if supply is None else {SUPPLY: Channel(SUPPLY, "V", supply)}
     return SourceNoise(Capture(np.arange(len(volts)) * 100, 1e6, channels), line, sensed)
 
@@ -92,6 +94,21 @@ def test_the_voltage_jumps_by_what_it_scatters_more_than_when_open() -> None:
 def test_readings_that_scatter_as_much_when_open_may_hide_a_tenth_of_their_variance() -> None:
     noise = given([IDLE, DRIVEN], loud(0.05, 0.05))
     assert noise._jitter(1, None) == pytest.approx(np.sqrt(0.1) * 0.05, rel=0.05)
+
+
+def test_however_often_it_is_read_a_level_is_known_no_better_than_its_converter_is_straight() -> (
+    None
+):
+    noise = given([IDLE, DRIVEN], loud(0.0, 0.05), bend=0.01)
+    assert noise.level_deviation(1, None) == pytest.approx(0.01, rel=0.01)  # 0.05 V/root(4000) less
+    exact = given([IDLE, DRIVEN], loud(0.0, 0.0), bend=0.01)
+    assert exact.levels == (1,)
+    assert exact.level_deviation(1, None) == 0.01
+    idle_again = Part(2 * N, 3 * N, StepKind.COAST)
+    still = given([IDLE, DRIVEN, idle_again], np.r_[loud(0.0, 0.0), np.zeros(N)], bend=0.01)
+    assert still.coasts == ()  # what does not scatter does not jitter
+    short = given([IDLE, replace(DRIVEN, stop=N + HEAD + 2)], loud(0.0, 0.0), bend=0.01)
+    assert short.levels == ()
 
 
 def test_a_source_that_was_told_says_what_it_scatters_by() -> None:

@@ -254,6 +254,16 @@ def test_the_offset_of_a_supply_is_unknown_of_every_voltage() -> None:
     assert heard.gain_uncertainty == 3e-3  # rest shows the offset of the terminals
 
 
+def test_a_level_is_as_uncertain_as_half_a_step_of_its_converter() -> None:
+    """But what is made of a supply shares the supply's error."""
+    seen, made = capture(np.full(N, 4.0)), capture(None, supply=8.0, level=-0.25)
+    for one, name, expected in ((seen, VOLTAGE, 0.01), (made, SUPPLY, 0.0)):
+        stepped = replace(one.channels[name], resolution=0.02)
+        heard = sense(replace(one, channels={**one.channels, name: stepped}), lay(one))
+        assert heard is not None
+        assert heard.level_uncertainty == pytest.approx(expected)
+
+
 def test_what_dead_time_took_of_the_readings_is_no_resistance() -> None:
     """v0 - r i - lost: what is lost is put back before the slope is taken."""
     fast = 2.0 * np.exp(-np.arange(N) / 5)

@@ -1,8 +1,10 @@
-"""The error of a part's voltage level, which is the mean of noisy readings."""
+"""The error of a part's voltage level: the mean of noisy readings of a converter that bends."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+
+import numpy as np
 
 from motorid.estimate.effects import scales
 from motorid.estimate.effects.action import PartVoltage
@@ -14,6 +16,8 @@ from motorid.estimate.effects.influence_quantity import (
     Use,
 )
 
+BENT = 10.0  # steps of a converter: none is farther off its straight line
+
 
 def _levels(subject: Subject) -> Sequence[int]:
     return subject.noise.levels
@@ -21,6 +25,12 @@ def _levels(subject: Subject) -> Sequence[int]:
 
 def _prior(subject: Subject, place: int) -> Prior | None:
     return Prior(subject.noise.level_deviation(place, subject.sources[place]))
+
+
+def _bounds(subject: Subject) -> tuple[float, float]:
+    """V: what is farther off than any converter is a fault, and shows as one."""
+    most = BENT * subject.sensed.resolution or np.inf
+    return -most, most
 
 
 SOURCE_LEVEL = InfluenceQuantity(
@@ -31,6 +41,7 @@ SOURCE_LEVEL = InfluenceQuantity(
     acts=(PartVoltage(),),
     prior=_prior,
     scale=scales.volts,
+    bounds=_bounds,
     remedy="hold each level longer",
     places=_levels,
     listed=False,

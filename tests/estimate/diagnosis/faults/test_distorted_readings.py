@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -208,6 +210,32 @@ def test_a_reference_that_sags_is_estimated_with_the_motor(share: float, runs: R
         assert p.total is not None
         assert p.status is Status.ESTIMATED
         assert abs(p.value - truth[name]) < 3.0 * p.total
+
+
+def _wavy(one: Capture, steps: float) -> Capture:
+    """A voltage whose converter leaves a straight line by so many steps, three times its range."""
+    volts = one.channels[VOLTAGE]
+    turns = 3.0 * (volts.raw - volts.raw_min) / (volts.raw_max - volts.raw_min)
+    raw = np.rint(volts.raw + steps * np.sin(2.0 * np.pi * turns)).astype(np.int64)
+    return inject.replaced(one, replace(volts, raw=raw))
+
+
+@pytest.mark.slow
+def test_a_voltage_converter_that_is_not_straight_moves_nothing_beyond_its_interval(
+    tmp_path: Path,
+) -> None:
+    """4 steps of 12 bits. The levels are the data's; T0 was 2 u off in twice the interval."""
+    bench = Bench("pittman", 5, DIRECTIONS, tmp_path)
+    good = bench.capture()
+    estimate, usual = fit([_wavy(good, 4.0)]), fit([good])
+    assert [s.code for s in usual.suspects if s.strength == "named"] == []
+    truth = sim.truth(f"sim://?motor={bench.motor}")
+    for name in PARAMETERS:
+        p = estimate.parameters[name]
+        assert p.value is not None
+        assert p.total is not None
+        assert abs(p.value - truth[name]) < 2.0 * p.total
+        assert p.total < 0.03 * p.value
 
 
 @pytest.mark.slow

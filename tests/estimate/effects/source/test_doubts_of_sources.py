@@ -19,6 +19,7 @@ from motorid.estimate.effects.source.dead_time_diodes import DEAD_TIME_DIODES
 from motorid.estimate.effects.source.dead_time_turn import DEAD_TIME_TURN
 from motorid.estimate.effects.source.diode_drops import DIODE_DROPS
 from motorid.estimate.effects.source.reference_drift import REFERENCE_DRIFT
+from motorid.estimate.effects.source.source_level import SOURCE_LEVEL
 from motorid.estimate.effects.source.voltage_offset import VOLTAGE_OFFSET
 from motorid.estimate.effects.source.winding_warming import WINDING_WARMING
 from motorid.estimate.effects.state.coast_start import COAST_START
@@ -44,6 +45,14 @@ def test_a_voltages_zero_is_told_by_ten_readings_of_an_open_bridge() -> None:
     assert of(10, 0.1, shows=False) is None
     none = SimpleNamespace(channel=None, shows_emf=True)
     assert prior(VOLTAGE_OFFSET, subject(block(EMF, np.zeros(20)), sensed=none)) is None
+
+
+@pytest.mark.parametrize(("step", "most"), [(0.01, 0.1), (0.0, math.inf)])
+def test_no_converter_puts_a_level_off_by_more_than_ten_of_its_steps(
+    step: float, most: float
+) -> None:
+    sensed = SimpleNamespace(resolution=step)
+    assert SOURCE_LEVEL.bounds(subject(sensed=sensed)) == pytest.approx((-most, most))
 
 
 def test_diodes_drop_what_they_do_where_they_carry_a_current() -> None:

@@ -21,7 +21,6 @@ from motorid.estimate.effects.source.source_level import SOURCE_LEVEL
 from motorid.estimate.effects.source.voltage_gain import VOLTAGE_GAIN
 from motorid.estimate.effects.source.voltage_noise import VOLTAGE_NOISE
 from motorid.estimate.effects.source.voltage_offset import VOLTAGE_OFFSET
-from motorid.estimate.effects.source.voltage_resolution import VOLTAGE_RESOLUTION
 from motorid.estimate.effects.source.winding_warming import WINDING_WARMING
 from motorid.estimate.effects.source.wiring_resistance import WIRING_RESISTANCE
 from motorid.estimate.signals.measurements import EMF
@@ -66,13 +65,6 @@ def test_an_offset_of_the_voltage_shows_in_an_open_bridge_as_it_is() -> None:
     change = moved("measured", VOLTAGE_OFFSET)[EMF]
     rest = within("measured", EMF, 0)
     assert change[rest] == pytest.approx(1.0, abs=1e-9)
-
-
-def test_a_coarse_converter_hides_volts_of_the_drives_own_sign() -> None:
-    change = moved("measured", VOLTAGE_RESOLUTION)
-    opposite = moved("measured", VOLTAGE_OFFSET)
-    here = within("measured", CURRENT, 1)
-    assert change[CURRENT][here] == pytest.approx(-opposite[CURRENT][here], rel=1e-6, abs=1e-9)
 
 
 @pytest.mark.parametrize("part", [1, 2])
