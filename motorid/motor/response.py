@@ -13,10 +13,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.motor import tally
 from motorid.motor._response import ffi, lib
 from motorid.motor.checks import check_output, check_outputs, check_stretches, check_timing
 from motorid.motor.reading import Output, Stretch
-from motorid.motor.tally import Tally
 
 Floats = NDArray[np.float64]
 AT_REST = (0.0, 0.0, 0.0)
@@ -141,7 +141,7 @@ class Response:
         m = self._motor
         m.R, m.L, m.K, m.B, m.J, m.T0 = motor
         self._initial[0], self._initial[1], self._initial[2] = initial
-        Tally.responses += 1
+        tally.add(1)
         readings = np.empty((self._n_outputs, self.count))
         events = lib.mr_response(
             m,

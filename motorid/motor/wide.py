@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.motor import tally
 from motorid.motor._response import ffi, lib
 from motorid.motor.reading import Output, Stretch
 from motorid.motor.response import Floats, Response
-from motorid.motor.tally import Tally
 
 SIX = ("R", "L", "K", "B", "J", "T0")
 NAMES = (
@@ -119,7 +119,7 @@ class WideResponse(Response):
 
         Raises ValueError when R or J is not positive, L negative, or a term lacks its scale.
         """
-        Tally.responses += 1
+        tally.add(1)
         self._take(motor, initial)
         readings = np.empty((self._n_outputs, self.count))
         events = lib.mw_response(
@@ -166,7 +166,7 @@ class WideResponse(Response):
         )  # fmt: skip
         if refused:
             return [None] * len(runs)
-        Tally.responses += len(runs)
+        tally.add(len(runs))
         return [(y, self.worth_of(case.events)) for case, y in zip(cases, readings, strict=True)]
 
 

@@ -20,6 +20,7 @@ from motorid.estimate.fit.parameter_bounds import merged, unknowns_of
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.source_mixing import Mixer
 from motorid.estimate.results.estimate import PARAMETERS
+from motorid.estimate.solver.allowance import used_up
 from motorid.estimate.solver.levenberg_marquardt import ENOUGH, MAX_ITERATIONS, maximise
 from motorid.estimate.solver.problem import Solution, Unknown
 from motorid.estimate.uncertainty.covariance import covariance_of
@@ -108,6 +109,19 @@ def with_sources(
     return in_turn(records, free, start, _begun(records, free, start, held_h), held_h)
 
 
+def going_on(
+    records: Sequence[MotorRecord],
+    free: Sequence[str],
+    start: Mapping[str, float],
+    rough: Solution,
+    most: int = MAX_ITERATIONS,
+) -> Solution:
+    """``with_sources`` from a rough solution, whose derivatives are near enough to begin with."""
+    for record in records:
+        record.decide(False)
+    return in_turn(records, free, start, again(records, free, start, rough, ROUGH, most=most))
+
+
 def _begun(
     records: Sequence[MotorRecord], free: Sequence[str], start: Mapping[str, float], held_h: float
 ) -> Solution:
@@ -141,6 +155,8 @@ def in_turn(
     for n in range(1, BARE_PASSES if bare or wide else MOST_PASSES):  # to be judged, no more
         lost = vanished(solution, records)
         if (lost and n >= LOST_PASSES) or max(record.simulated for record in records) > most:
+            break
+        if used_up():
             break
         driven = [record.volts for record in records]
         for record, own, mixer in zip(records, solution.own, mixers, strict=True):

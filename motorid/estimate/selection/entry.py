@@ -41,8 +41,13 @@ from motorid.estimate.selection.forward_selection import Selection, Trial, selec
 from motorid.estimate.selection.named_terms import asked_for
 from motorid.estimate.selection.seen_effects import with_seen
 from motorid.estimate.selection.trigger import ALLOWED, carry_loss, drop_gives, loss_stands_out
-from motorid.estimate.selection.unsettled_models import Unsettled, with_unsettled
+from motorid.estimate.selection.unsettled_models import (
+    Unsettled,
+    with_left_out,
+    with_unsettled,
+)
 from motorid.estimate.signals.log_sections import pieces, unbroken
+from motorid.estimate.solver.allowance import current, opened
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.intervals import Findings
 
@@ -53,6 +58,9 @@ VAGUE = 0.1  # the same, of an inductance that readings hardly tell
 OWN = ("R",)  # of such a model: without the drop of the brushes, or before the winding warms up
 LITTLE, FEW = 20.0, 0.02  # of chi-square; of the samples
 HALF = 0.5  # of that, from which a term is worth offering
+MOST = 5.0  # times the responses of the six-parameter fit that all of it takes
+STATED = 0.25  # times them, of which: to state what is uncertain of the last model
+ENDED = 12  # times a set of derivatives: with less no other fit is carried to its end
 
 
 def fit(
@@ -85,7 +93,8 @@ def _of(
     captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence[str], model: str
 ) -> Estimate:
     """What the last model of all leaves unexplained moves the parameters still."""
-    return with_lack(*_answer(captures, fix, without, model))
+    with opened():
+        return with_lack(*_answer(captures, fix, without, model))
 
 
 def _answer(
@@ -111,10 +120,11 @@ def _answer(
         trials: tuple[TermTrial, ...] = ()
         unsettled: Sequence[Unsettled] = ()
     else:
+        current().bound(MOST, STATED)
         chosen, narrow = looked_for(records, solution, held, reach(estimate.parameters))
         trials = tuple(_stated(trial) for trial in chosen.trials)
-        estimate = _with_left_out(estimate, chosen.left_out)
         best, unsettled = _known(chosen, fix, without)
+        estimate = _with_left_out(estimate, chosen, best[0] if best else None)
         if best is None:
             estimate = with_unsettled(_with_trials(estimate, trials), unsettled)
             widest = _widest(known, chosen.harmless, fix, without)
@@ -191,20 +201,25 @@ def looked_for(
     if found.stages or not loss:
         return found, narrow
     if drop_gives(records, solution):
-        narrow = _bare(records, narrow[2], held, undropped, anew)
-        found = _both(found, select(*narrow, matters, ALLOWED))
+        less, but = undropped, list(ALLOWED)
     elif loss_stands_out(records, solution, matters):
-        narrow = _bare(records, narrow[2], held, lossless, anew)
-        others = [term for term in TERMS.values() if term not in ALLOWED]
-        found = _both(found, select(*narrow, matters, others))
-    return found, narrow
+        less, but = lossless, [term for term in TERMS.values() if term not in ALLOWED]
+    else:
+        return found, narrow
+    allowance = current()
+    allowance.ended = False
+    bare = _bare(records, narrow[2], held, less, anew) if allowance.has(0.0) else None
+    if bare is None or allowance.ended:
+        more = tuple(term for term in TERMS.values() if term not in but)
+        return replace(found, left_out=(*found.left_out, *more)), narrow
+    return _both(found, select(*bare, matters, but)), bare
 
 
 def _both(found: Selection, then: Selection) -> Selection:
     """What was found after nothing was, and all that was tried."""
-    return Selection(
-        then.stages, (*found.trials, *then.trials), (*found.left_out, *then.left_out),
-        (*found.unsettled, *then.unsettled), then.harmless or found.harmless,
+    return replace(
+        then, trials=(*found.trials, *then.trials), left_out=(*found.left_out, *then.left_out),
+        unsettled=(*found.unsettled, *then.unsettled), harmless=then.harmless or found.harmless,
     )  # fmt: skip
 
 
@@ -296,11 +311,12 @@ def _widest(
     found: Findings, harmless: Fitted | None, fix: Mapping[str, float], without: Sequence[str]
 ) -> Findings:
     """What a search knows beside a term that explains more and moves nothing, where something is
-    still seen without it.
+    still seen without it: near enough, where no room is left to end its fit.
     """
     if harmless is None or not any(one.seen for one in found.undetected):
         return found
-    return findings(finished(harmless), fix, without)
+    whole = current().has(ENDED * harmless.width)
+    return findings(finished(harmless) if whole else harmless, fix, without)
 
 
 def _stated(trial: Trial) -> TermTrial:
@@ -311,17 +327,12 @@ def _stated(trial: Trial) -> TermTrial:
     )  # fmt: skip
 
 
-def _with_left_out(estimate: Estimate, terms: Sequence[Term]) -> Estimate:
-    """What the search had no room for, as a remark."""
-    if not terms:
-        return estimate
-    names = ", ".join(dict.fromkeys(term.name for term in terms))
-    said = Diagnostic(
-        "search_ended", "warning",
-        f"the search for a better model ended before it tried {names}: name one of them, as by "
-        f"--model {terms[0].name}",
-    )  # fmt: skip
-    return replace(estimate, diagnostics=(*estimate.diagnostics, said))
+def _with_left_out(estimate: Estimate, chosen: Selection, last: Fitted | None) -> Estimate:
+    """What was left out to bound the work, as a remark."""
+    if last is None:
+        return with_left_out(estimate, chosen.left_out)
+    older = [term for term in chosen.not_revised if term in last.terms]
+    return with_left_out(estimate, chosen.left_out, last.terms, older, last.settled)
 
 
 def _with_trials(estimate: Estimate, trials: Sequence[TermTrial]) -> Estimate:

@@ -46,7 +46,6 @@ class Evidence:
     needed: float
     size: float = np.inf
     left_out: float | None = None
-    evaluations: int = 0  # responses of a capture that weighing it took
 
     @property
     def counted(self) -> float:
@@ -96,8 +95,7 @@ def weigh(wider: Fitted, narrower: Sequence[Term], before: Solution, added: Term
     size = size_of(wider.solution, k)
     if size <= SURE and found.exceeds:
         size = size_of(wider.solution, k, shapes_of(wider.free, added))  # its shape alone is open
-    cost = max(record.simulated for record in null.records)
-    found = replace(found, size=size, evaluations=cost)
+    found = replace(found, size=size)
     if found.suffices and found.size > 0.0:
         found = _less_by_input_noise(found, wider, k)
     if len(wider.records) > 1 and found.suffices:

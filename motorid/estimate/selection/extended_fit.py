@@ -15,6 +15,7 @@ from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_capture_model import Priors, WideRecord
 from motorid.estimate.model.extended_terms import ADDED, Scales, Term
 from motorid.estimate.results.estimate import PARAMETERS
+from motorid.estimate.solver.allowance import current
 from motorid.estimate.solver.levenberg_marquardt import ENOUGH, MAX_ITERATIONS, maximise
 from motorid.estimate.solver.problem import Solution
 
@@ -27,6 +28,8 @@ AT_THE_END = (
 )
 IRON_SD = 1.5  # of the logarithm of where K or L falls, and of an eddy time
 FARTHEST = 0.8  # of the most that an added parameter may be, where a search begins
+LEAST = 4  # times a set of derivatives: less is not enough to end a fit
+LAST = 6  # the same, of which the passes leave so many to the search in the noise that they show
 COOLS_1_S = 0.5  # standard deviation of a winding's rate of cooling
 
 
@@ -39,6 +42,12 @@ class Fitted:
     solution: Solution
     free: tuple[str, ...]
     start: Mapping[str, float]  # every value that was not searched among them
+    settled: bool = True  # nothing that was to come was left out to bound the work
+
+    @property
+    def width(self) -> int:
+        """Responses that its derivatives take."""
+        return width_of(self.records, self.free)
 
     @property
     def values(self) -> dict[str, float]:
@@ -56,6 +65,11 @@ class Fitted:
         if self.solution.at_bound[k]:
             return float("inf")
         return float(np.sqrt(self.solution.covariance[k, k]) * self.solution.slopes[k])
+
+
+def width_of(records: Sequence[MotorRecord], free: Sequence[object]) -> int:
+    """Responses of all records that derivatives by their unknowns take."""
+    return sum(1 + len(free) + len(record.unknowns) for record in records)
 
 
 def sizes_by_name(records: Sequence[MotorRecord], solution: Solution) -> list[dict[str, float]]:
@@ -106,8 +120,8 @@ class Begun:
         for record, own, sizes in each:
             record.plan(first.values, own)
             record.starting(sizes)
-        white = alternating_fit.with_sources(self.records, self.free, start)
         most = _most(self.records)
+        white = alternating_fit.going_on(self.records, self.free, start, first, most)
         judged = _weighed(self.records, self.free, start, white, alternating_fit.JUDGED, most)
         return Fitted(self.terms, self.records, judged, self.free, merged(start, white))
 
@@ -120,14 +134,20 @@ def _most(records: Sequence[WideRecord]) -> int:
 
 def finished(near: Fitted) -> Fitted:
     """The same fit to its end: what drives the motor, and the noise, settled as a fit of six has
-    them, and then the search.
+    them, and then the search. As far as the allowance goes.
     """
+    allowance = current()
+    if not allowance.has(LEAST * near.width):
+        return replace(near, settled=False)
     records, free, values = near.records, near.free, near.values
-    settled = alternating_fit.in_turn(records, free, values, near.solution, thorough=True)
-    white = _weighed(records, free, values, settled)
+    allowance.ended = False
+    with allowance.keeping(LAST * near.width):
+        passed = alternating_fit.in_turn(records, free, values, near.solution, thorough=True)
+    white = _weighed(records, free, values, passed)
+    settled = not allowance.ended
     values = merged(values, white)
     solution = alternating_fit.again(records, free, values, white, enough=AT_THE_END)
-    return Fitted(near.terms, records, solution, free, near.start)
+    return Fitted(near.terms, records, solution, free, near.start, settled)
 
 
 def _weighed(

@@ -12,7 +12,13 @@ from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import TERMS, Term
 from motorid.estimate.selection.evidence import Evidence, in_order, priced, weigh
-from motorid.estimate.selection.extended_fit import Begun, Fitted, begin, sizes_by_name
+from motorid.estimate.selection.extended_fit import (
+    Begun,
+    Fitted,
+    begin,
+    sizes_by_name,
+    width_of,
+)
 from motorid.estimate.selection.joint_start import beside
 from motorid.estimate.selection.predicted_gain import foresee
 from motorid.estimate.selection.revision import SAME, Revision
@@ -20,6 +26,7 @@ from motorid.estimate.selection.score_test import SCREENED, Candidate, screen
 from motorid.estimate.selection.shaft_resonance import springs
 from motorid.estimate.selection.trigger import HINT
 from motorid.estimate.selection.unsettled_models import Unsettled
+from motorid.estimate.solver.allowance import Allowance, current
 from motorid.estimate.solver.problem import Solution
 
 WORTH = 5.0  # of chi-square in white noise: a term that promises less is not looked at
@@ -27,7 +34,8 @@ HIDING = 30.0  # the same, from which one that no fit is foreseen to support may
 GROSS = 1000.0  # of chi-square: fitted whatever it moves
 REFITTED = 3
 ROUNDS = 5
-MOST = 4.0  # times the responses of the six-parameter fit, after which no other fit begins
+KEPT = 16  # times the responses of a set of derivatives: for the end of the fit that is offered
+LEAST = 4  # the same: with less no other fit begins
 UNFORESEEN = Evidence(np.inf, 1.0, 0.0)
 RIVAL = 0.5  # of a promise, from which another is tried beside it
 ALIKE = 0.2  # the same of what it moves
@@ -69,6 +77,7 @@ class Selection:
     left_out: tuple[Term, ...] = ()  # which might matter, and which the search had no room for
     unsettled: tuple[Unsettled, ...] = ()  # which the data half support, beside the last stage
     harmless: Fitted | None = None  # wider than the last stage: supported, and it moves nothing
+    not_revised: tuple[Term, ...] = ()  # older ones that were not looked at again, for want of room
 
 
 def select(
@@ -85,15 +94,18 @@ def select(
     looked for; ``taken``: those that the solution has. A term that the data support
     but that moves nothing does not end the search: the others are tried beside it, because what it
     leaves in the residuals may hide them. It is part of the answer only if one of them is taken.
+    It goes on as far as the allowance that is open, of which the end of the last fit is kept.
     """
     stages: list[Fitted] = []
     trials: list[Trial] = []
     unsettled: list[Unsettled] = []
     harmless: Fitted | None = None
-    most = MOST * evaluations(records)
-    now, search = _Model(records, solution, values, tuple(taken)), _Search(reach, but, most)
-    revision = Revision((*but, *taken), most)
+    allowance = current()
+    before = allowance.kept
+    now, search = _Model(records, solution, values, tuple(taken)), _Search(reach, but, allowance)
+    revision = Revision((*but, *taken), allowance)
     for _ in range(ROUNDS):
+        allowance.kept = before + KEPT * now.width
         found = search.round(now)
         trials += [trial for _, trial in found]
         unsettled += [Unsettled(t.term, f.values) for f, t in found if t.evidence.possible]
@@ -110,17 +122,14 @@ def select(
         elif trial.evidence.supports:
             harmless = fitted
         now = _Model(fitted.records, fitted.solution, fitted.values, fitted.terms)
+    allowance.kept = before
     kept = stages[-1].terms if stages else ()
     told = tuple(replace(t, taken=t.term in kept and t.goes_on) for t in trials)
     possible = [one for one in revision.possible if one.term not in kept]
     untried = [one for one in search.untried if one.term not in kept]
     half = (*unsettled, *possible, *untried)
-    return Selection(tuple(stages), told, tuple(search.left_out), half, harmless)
-
-
-def evaluations(records: Sequence[MotorRecord]) -> int:
-    """Responses that were computed of a capture, at most."""
-    return max(record.simulated for record in records)
+    left = tuple(search.left_out)
+    return Selection(tuple(stages), told, left, half, harmless, revision.left_out)
 
 
 @dataclass(frozen=True)
@@ -131,6 +140,11 @@ class _Model:
     solution: Solution
     values: Mapping[str, float]
     taken: tuple[Term, ...] = ()
+
+    @property
+    def width(self) -> int:
+        """Responses that derivatives by its unknowns take."""
+        return width_of(self.records, self.solution.unknowns)
 
 
 def _next(found: Sequence[tuple[Fitted, Trial]]) -> tuple[Fitted, Trial] | None:
@@ -145,10 +159,12 @@ def _next(found: Sequence[tuple[Fitted, Trial]]) -> tuple[Fitted, Trial] | None:
 
 
 class _Search:
-    """The rounds of one search: what they cost together, and what that left no room for."""
+    """The rounds of one search, as far as an allowance goes, and what that left no room for."""
 
-    def __init__(self, reach: Mapping[str, float], but: Sequence[Term], most: float) -> None:
-        self.reach, self.but, self.most, self.spent = reach, but, most, 0
+    def __init__(
+        self, reach: Mapping[str, float], but: Sequence[Term], allowance: Allowance
+    ) -> None:
+        self.reach, self.but, self.allowance = reach, but, allowance
         self.left_out: list[Term] = []  # of the last round
         self.untried: list[Unsettled] = []  # with what is half supported
 
@@ -162,14 +178,13 @@ class _Search:
         waiting, half, white = _asked(now, self.reach, self.but)
         self.left_out, self.untried = [], _unsettled(now, half)
         while waiting:
-            if self.spent > self.most:
-                left = [c for c in waiting if _matters(c, self.reach)]
-                self.left_out = [c.term for c in left]
-                self.untried += _unsettled(now, left)
+            if not self.allowance.has(LEAST * now.width):
+                self._leave(now, waiting)
                 break
             first = waiting[0]
             behind = [c.term for c in waiting if _stands_for(first, c, white)]
             rivals, waiting = _rivals(waiting, self.reach, behind)
+            self.allowance.ended = False
             for fitted, one in self._compared(now, rivals, white.objective - WORTH):
                 likelier = (t.evidence for _, t in found if t.term in behind)
                 stands = any(e.possible and e.beats(one.evidence) for e in likelier)
@@ -177,31 +192,41 @@ class _Search:
                 found.append((fitted, trial))
                 if trial.earns or (trial.goes_on and trial.term in behind):
                     return found
+            if self.allowance.ended:
+                tried = [t.term for _, t in found]
+                self._leave(now, [c for c in [*rivals, *waiting] if c.term not in tried])
+                break
             if any(trial.evidence.unsure for _, trial in found):
                 return found
         return found
+
+    def _leave(self, now: _Model, waiting: Sequence[Candidate]) -> None:
+        """No room is left for these: what straight lines see of those that matter stays open."""
+        left = [c for c in waiting if _matters(c, self.reach)]
+        self.left_out = [c.term for c in left]
+        self.untried += _unsettled(now, left)
 
     def _compared(
         self, now: _Model, rivals: Sequence[Candidate], most: float
     ) -> Iterator[tuple[Fitted, Trial]]:
         """Each roughly fitted; then wholly fitted and judged, the best of them first.
 
-        Those that leave more than ``most`` of F keep none of their promise.
+        Those that leave more than ``most`` of F keep none of their promise. None, from where the
+        allowance ends.
         """
         found = [(c, *self._rough(now, c, most)) for c in rivals]
         tried = [(c, b, rough) for c, b, rough in found if rough is not None]
         for k in in_order([priced(rough, candidate.term) for candidate, _, rough in tried]):
             candidate, start, rough = tried[k]
-            if rough.solution.objective > most:
+            if rough.solution.objective > most or self.allowance.ended:
                 break
-            before = evaluations(start.records)
             try:
                 fitted = start.nearly(rough)
             except DataError:  # no motor with finite readings is where it ended
-                self.spent += evaluations(start.records) - before
                 continue
             evidence = weigh(fitted, now.taken, now.solution, candidate.term)
-            self.spent += evaluations(fitted.records) - before + evidence.evaluations
+            if self.allowance.ended:
+                break
             then = fitted.values
             moves = (abs(then[n] - now.values[n]) / r for n, r in self.reach.items())
             yield fitted, Trial(candidate.term, now.taken, evidence, max(moves, default=0.0))
@@ -213,7 +238,6 @@ class _Search:
         for one in (candidate, _little(candidate)):
             begun = _begun(now, one)
             rough = begun.followed()
-            self.spent += evaluations(begun.records)
             if rough is not None and rough.solution.objective <= most:
                 break
         return begun, rough

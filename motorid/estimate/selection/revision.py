@@ -23,37 +23,51 @@ from motorid.estimate.selection.evidence import (
 from motorid.estimate.selection.extended_fit import Begun, Fitted, begin, sizes_by_name
 from motorid.estimate.selection.score_test import SCREENED, Candidate, screen
 from motorid.estimate.selection.unsettled_models import Unsettled
+from motorid.estimate.solver.allowance import Allowance
 
 CLEAR = 3.0  # times SURE: a size that nobody asks about again
 RIVAL = 0.5  # of what a term promises, from which another is tried in its place
 SAME = 0.5  # of what a rival promises in a term's place, that it may promise beside it
 DECIDED = 0.5  # of what a term explains, by which another that explains more has refuted it
 TRIED = 2  # in the place of one
+SHARE = 0.5  # of what is left: the search goes on with the rest
+LEAST = 3  # times the responses of a set of derivatives: with less no term is looked at
 
 
 class Revision:
-    """What looking again costs together: no more than ``most`` responses of a capture.
+    """Looks again as far as its share of an ``allowance`` goes.
 
     ``but``: terms that are not looked for. ``possible``: terms that gave way to others which
-    explain hardly more, and the values beside them.
+    explain hardly more, and the values beside them. ``left_out``: terms of the last model that were
+    not looked at again.
     """
 
-    def __init__(self, but: Sequence[Term], most: float) -> None:
-        self.but, self.most, self.spent = but, most, 0
+    def __init__(self, but: Sequence[Term], allowance: Allowance) -> None:
+        self.but, self.allowance = but, allowance
         self.possible: list[Unsettled] = []
+        self.left_out: tuple[Term, ...] = ()
 
     def of(self, fitted: Fitted) -> Fitted:
         """The same model, without terms that it does not need, or with better ones in their
         place; its last term stays.
         """
-        fitted = self._pruned(fitted)
-        for term in fitted.terms[:-1]:
-            if self.spent > self.most:
-                break
-            better = self._exchanged(fitted, term)
-            if better is not None:
-                return better
+        self.left_out, self.allowance.ended = (), False
+        with self.allowance.keeping(SHARE * max(self.allowance.left, 0.0)):
+            fitted = self._pruned(fitted)
+            for k, term in enumerate(fitted.terms[:-1]):
+                better = self._exchanged(fitted, term) if self._may_begin(fitted) else None
+                if self.allowance.ended:
+                    self.left_out = fitted.terms[k:-1]
+                    return fitted
+                if better is not None:
+                    return better
         return fitted
+
+    def _may_begin(self, fitted: Fitted) -> bool:
+        """Another fit has room; else what was begun has ended here."""
+        if not self.allowance.has(LEAST * fitted.width):
+            self.allowance.ended = True
+        return not self.allowance.ended
 
     def _pruned(self, fitted: Fitted) -> Fitted:
         """Without those that the data do not support beside the others."""
@@ -61,42 +75,38 @@ class Revision:
             k = fitted.free.index(term.size)
             if size_of(fitted.solution, k, shapes_of(fitted.free, term)) > CLEAR * SURE:
                 continue
+            if not self._may_begin(fitted):
+                break
             rest = _but(fitted.terms, term)
             found = weigh(fitted, rest, fitted.solution, term)
-            self.spent += found.evaluations
-            if not found.supports:
+            if not (found.supports or self.allowance.ended):
                 begun = _begun(fitted, rest)
-                fitted = begun.nearly(begun.roughly())
-                self.spent += _evaluations(begun)
+                without = begun.nearly(begun.roughly())
+                fitted = fitted if self.allowance.ended else without
         return fitted
 
     def _in_white_noise(self, fitted: Fitted) -> Fitted | None:
         """The same model as roughly fitted as its rivals: colour weighs other readings."""
-        begun = _begun(fitted, fitted.terms)
-        usual = begun.followed()
-        self.spent += _evaluations(begun)
-        return usual
+        return _begun(fitted, fitted.terms).followed()
 
     def _exchanged(self, fitted: Fitted, term: Term) -> Fitted | None:
         """Another term in the place of ``term``, if it leaves clearly less in white noise, or about
         as much with fewer unknowns.
         """
         rest = _but(fitted.terms, term)
-        begun = _begun(fitted, rest)
-        null = begun.followed()
-        self.spent += _evaluations(begun)
-        if null is None:
+        null = _begun(fitted, rest).followed()
+        if null is None or self.allowance.ended:
             return None
         names = [n for n in SCREENED if TERMS[n] not in (*self.but, *rest)]
         tried = screen(null.records, plain(null.records, null.solution), null.values, rest, names)
         promised = next((c.gain for c in tried if c.term is term), 0.0)
         rivals = [c for c in tried if c.term not in fitted.terms and c.gain > RIVAL * promised]
         usual = self._in_white_noise(fitted) if rivals else None
-        if usual is None:
+        if usual is None or self.allowance.ended:
             return None
         others = self._in_its_place(null, rest, _explaining_the_same(rivals, usual))
         prices = [priced(usual, term), *(priced(rough, other) for other, _, rough in others)]
-        taken = _taken(prices)
+        taken = 0 if self.allowance.ended else _taken(prices)
         if not taken:
             return None
         if prices[0].paid - prices[taken].paid < DECIDED * promised:
@@ -112,7 +122,6 @@ class Revision:
         for candidate in rivals[:TRIED]:
             begun = _begun(null, (*rest, candidate.term), candidate)
             rough = begun.followed()
-            self.spent += _evaluations(begun)
             if rough is not None:
                 found.append((candidate.term, begun, rough))
         return found
@@ -151,7 +160,3 @@ def _begun(fitted: Fitted, terms: Sequence[Term], candidate: Candidate | None = 
         start |= candidate.start
         own = candidate.beside(own)
     return begin(fitted.records, fitted.solution, terms, fixed=fixed, start=start, own=own)
-
-
-def _evaluations(begun: Begun) -> int:
-    return max(record.simulated for record in begun.records)

@@ -2,7 +2,7 @@
 
 The likelihood may rise by far more than a term costs while its size stays open, by what else is
 lacking or by what instruments leave. Such a term is no answer. But the values beside it are as
-possible as those without it.
+possible as those without it. So are those beside a term that the search had no room for.
 """
 
 from __future__ import annotations
@@ -43,6 +43,32 @@ def with_unsettled(estimate: Estimate, models: Sequence[Unsettled]) -> Estimate:
         said = said or [replace(one, moves={}, sides={}) for one in beside]
     whole = settled(estimate, said)
     return replace(whole, diagnostics=(*said, *whole.diagnostics))
+
+
+def with_left_out(
+    estimate: Estimate,
+    untried: Sequence[Term],
+    offered: Sequence[Term] = (),
+    not_revised: Sequence[Term] = (),
+    settled_model: bool = True,
+) -> Estimate:
+    """The estimate, with a remark on what a bounded search left out: terms that were ``untried``;
+    of the model that is ``offered``, those that may stand for others, and its last passes.
+    """
+    names, older = (list(dict.fromkeys(t.name for t in terms)) for terms in (untried, not_revised))
+    left = [f"it tried {', '.join(names)}"] if names else []
+    left += [f"it asked whether another effect takes the place of {', '.join(older)}"] * bool(older)
+    left += [] if settled_model else ["the last passes of the better model were done"]
+    if not left:
+        return estimate
+    model = names[0] if names else "+".join(term.name for term in offered)
+    what = "name one of them" if names else "a model that is named has no such bound"
+    said = Diagnostic(
+        "search_ended", "warning" if names else "info",
+        f"the search for a better model ended before {' and before '.join(left)}: {what}, as by "
+        f"--model {model}",
+    )  # fmt: skip
+    return replace(estimate, diagnostics=(*estimate.diagnostics, said))
 
 
 def _said(parameters: Mapping[str, Parameter], models: Sequence[Unsettled]) -> list[Diagnostic]:

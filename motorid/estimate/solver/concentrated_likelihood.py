@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.errors import DataError
+from motorid.estimate.solver import allowance
 from motorid.estimate.solver.bounded_step import bounded_step
 from motorid.estimate.solver.dense_products import project, square
 from motorid.estimate.solver.normal_equations import Normal, Products, products
@@ -83,6 +84,11 @@ class Concentrated:
     def worked(self) -> int:
         """Responses of a record so far, at most, by what they were worth."""
         return max((record.simulated for record in self.records), default=0)
+
+    @property
+    def used_up(self) -> bool:
+        """It may compute no more responses; one that computes none goes on."""
+        return self.worked > 0 and allowance.used_up()
 
     @property
     def width(self) -> int:

@@ -61,6 +61,7 @@ def maximise(
     The search ends when F would fall by less than ``enough`` (a change of chi-square).
     ``converged`` is false when the iterations ran out or no step helped while much was promised, or
     responses took much longer than those of all iterations do: an absurd motor's are worth many.
+    So it is where an allowance is used up: the search ends at the best so far.
     ``before``, a solution for the same unknowns and nearly the same readings, lends its nuisances
     and its derivatives, and its evaluations are counted with this search's.
     """
@@ -70,7 +71,7 @@ def maximise(
         search, search.start, max_iterations, enough, patient=not bent
     )
     values = search.frame.outward(at.shared)
-    if bent and (creeping or not converged):
+    if bent and (creeping or not converged) and not search.used_up:
         straight = [_straightened(u, float(v)) for u, v in zip(shared, values, strict=True)]
         other = Concentrated(straight, records)
         other.known = _lent(search, other)
@@ -138,7 +139,7 @@ def _descend(
         if known.at is at.shared and at.objective < ends[-1]:
             ends.append(at.objective)
         stalls = len(ends) > STALLED and ends[-1 - STALLED] - ends[-1] < least
-        if stalls or search.worked > most:
+        if stalls or search.worked > most or search.used_up:
             break
         trial, promise = search.step(at, normals, damping)
         gain = at.objective - trial.objective

@@ -216,6 +216,25 @@ def test_a_search_from_a_start_is_rough_and_undecided(monkeypatch: pytest.Monkey
 # bounds
 
 
+def test_a_search_goes_on_from_a_rough_one_with_its_derivatives_and_undecided(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    seen: list[Any] = []
+    one = record()
+    one.decide = lambda decided: seen.append(decided)
+    monkeypatch.setattr(
+        alternating_fit, "again", lambda *of, **how: seen.append((*of, how)) or "nearer"
+    )
+    monkeypatch.setattr(alternating_fit, "in_turn", lambda *of: seen.append(of) or "turned")
+    rough = solution(1.0)
+    found: Any = alternating_fit.going_on([one], PARAMETERS, START, rough, 7)
+    assert found == "turned"
+    assert seen == [
+        False, ([one], PARAMETERS, START, rough, alternating_fit.ROUGH, {"most": 7}),
+        ([one], PARAMETERS, START, "nearer"),
+    ]  # fmt: skip
+
+
 def run(period_s: float = 1e-3, volts: float = 12.0, current: float = 2.0, **facts: Any) -> Any:
     """A record of a current of which a third flows while nothing drives it."""
     values = current * np.array([1.0, -1.0, 1.0, 50.0, 70.0])

@@ -11,6 +11,7 @@ from motorid.estimate.selection import shaft_resonance
 from motorid.estimate.selection.extended_fit import Fitted
 from motorid.estimate.selection.revision import Revision
 from motorid.estimate.selection.score_test import Tried
+from motorid.estimate.solver.allowance import Allowance
 
 
 def test_friction_has_no_negative_size_and_a_difference_has() -> None:
@@ -34,6 +35,6 @@ def test_a_shaft_has_the_resonance_that_was_asked_for() -> None:
 def test_a_single_term_has_nothing_older_to_be_looked_at_again() -> None:
     nothing: Any = None
     fitted = Fitted((TERMS["direction"],), (), nothing, (), {})
-    revision = Revision((), 100.0)
+    revision = Revision((), Allowance(most=0.0))
     assert revision.of(fitted) is fitted
-    assert revision.spent == 0
+    assert revision.left_out == ()

@@ -80,12 +80,14 @@ def test_what_was_tried_or_had_no_room_is_said_by_name() -> None:
     assert (said.code, said.severity) == ("model_tried", "info")
     assert said.message.startswith("a model with cogging, eddy was tried")
     assert entry._with_trials(one, []) is one
-    found = entry._with_left_out(one, [COGS, SIDED, COGS])
-    said = found.diagnostics[-1]
-    assert (said.code, said.severity) == ("search_ended", "warning")
+    chosen = Selection((), (), (COGS, SIDED, COGS), not_revised=(DROP,))
+    said = entry._with_left_out(one, chosen, None).diagnostics[-1]
     assert "before it tried cogging, direction: name one" in said.message
-    assert said.message.endswith("--model cogging")
-    assert entry._with_left_out(one, []) is one
+    cut: Any = SimpleNamespace(terms=(DROP, SIDED), settled=False)
+    said = entry._with_left_out(one, replace(chosen, left_out=()), cut).diagnostics[-1]
+    assert "takes the place of brush-drop and before the last passes" in said.message
+    other: Any = SimpleNamespace(terms=(SIDED,), settled=True)  # what was not revised is not in it
+    assert entry._with_left_out(one, replace(chosen, left_out=()), other) is one
 
 
 def test_a_trial_is_stated_by_what_was_gained_for_what_was_needed() -> None:

@@ -14,6 +14,7 @@ from motorid.estimate.model.extended_terms import TERMS
 from motorid.estimate.results.estimate import TermTrial
 from motorid.estimate.results.status import Status
 from motorid.estimate.selection import entry
+from motorid.estimate.solver.allowance import Allowance
 from tests.estimate.selection.noted_stages import noting
 from tests.estimate.solutions import MOTOR, solution
 from tests.report.example import estimate
@@ -79,7 +80,7 @@ def test_a_better_model_is_looked_for_and_offered_beside_the_six(
     assert seen["answered"] == [("captures", "records", "solved", FIX, WITHOUT)]
     assert seen["reach"] == [(made.six.parameters,)]
     assert seen["looked_for"] == [(made.records, made.known.solution, HELD, {"R": 0.5})]
-    assert seen["_with_left_out"] == [(made.six, ("left",))]
+    assert seen["_with_left_out"] == [(made.six, made.chosen, made.fitted)]
     assert seen["_known"] == [(made.chosen, FIX, WITHOUT)]
     ((fitted, found, records, before, trials, asked),) = seen["alternative"]
     assert (fitted, found, records, before) == (made.fitted, made.found, "narrow", "its solution")
@@ -105,8 +106,11 @@ def test_where_none_stands_out_what_was_tried_is_said(monkeypatch: pytest.Monkey
     assert "alternative" not in made.seen
 
 
+WIDER: Any = SimpleNamespace(width=5)
+
+
 @pytest.mark.parametrize(("harmless", "sizes", "asked"), [
-    ("wider", (0.0, 4.5), True), ("wider", (0.0,), False), (None, (4.5,), False),
+    (WIDER, (0.0, 4.5), True), (WIDER, (0.0,), False), (None, (4.5,), False),
 ])  # fmt: skip
 def test_what_is_still_seen_is_asked_beside_what_explains_more_and_moves_nothing(
     harmless: Any, sizes: tuple[float, ...], asked: bool, monkeypatch: pytest.MonkeyPatch
@@ -115,8 +119,21 @@ def test_what_is_still_seen_is_asked_beside_what_explains_more_and_moves_nothing
     noting(monkeypatch, entry, seen, findings="beside it", finished="finished")
     known: Any = SimpleNamespace(undetected=[SimpleNamespace(seen=size) for size in sizes])
     assert entry._widest(known, harmless, FIX, WITHOUT) == ("beside it" if asked else known)
-    assert seen.get("finished") == ([("wider",)] if asked else None)
+    assert seen.get("finished") == ([(WIDER,)] if asked else None)
     assert seen.get("findings") == ([("finished", FIX, WITHOUT)] if asked else None)
+
+
+def test_where_no_room_is_left_what_is_still_seen_is_asked_of_a_fit_that_was_judged(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Twelve sets of derivatives, of 5 responses here, end another."""
+    known: Any = SimpleNamespace(undetected=[SimpleNamespace(seen=4.5)])
+    for most, ended in ((59.0, False), (60.0, True)):
+        seen: dict[str, Any] = {}
+        noting(monkeypatch, entry, seen, findings="beside it", finished="finished")
+        monkeypatch.setattr(entry, "current", lambda most=most: Allowance(most=most))
+        assert entry._widest(known, WIDER, FIX, WITHOUT) == "beside it"
+        assert seen["findings"] == [("finished" if ended else WIDER, FIX, WITHOUT)]
 
 
 def test_named_terms_are_fitted_from_a_fit_that_leaves_them_what_they_explain(
@@ -253,6 +270,32 @@ def test_both_looks_are_held_against_their_own_fits(monkeypatch: pytest.MonkeyPa
     assert seen["loss_stands_out"] == [(records, found, {"R": 0.5})]
     first, second = seen["select"]
     assert first[:4] == second[:4] == ("bare", "solved", "values", {"R": 0.5})
+
+
+@pytest.mark.parametrize("before", [True, False])
+def test_where_the_second_look_has_no_room_its_terms_are_left_out(
+    before: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing is left for the fit that it begins from, or that was cut: the first one stands."""
+    allowance = Allowance(most=-1.0 if before else 1.0)
+    seen: list[Any] = []
+
+    def bare(*of: Any) -> Any:
+        seen.append(of)
+        allowance.count.responses += 2
+        allowance.ends()
+        return "bare", "solved", "values"
+
+    none = entry.Selection((), (), (COGS,))
+    noting(monkeypatch, entry, {}, carry_loss=True, is_heavy=False, loss_stands_out=True,
+           select=none, drop_gives=False)  # fmt: skip
+    monkeypatch.setattr(entry, "_bare", bare)
+    monkeypatch.setattr(entry, "current", lambda: allowance)
+    records, found = ["record"], solution(R=9.0)
+    chosen, narrow = entry.looked_for(records, found, HELD, {"R": 0.5})  # type: ignore[arg-type]
+    assert len(seen) == (0 if before else 1)
+    assert narrow[:2] == (records, found)
+    assert chosen.left_out == (COGS, *entry.ALLOWED)
 
 
 def test_a_bare_fit_is_of_the_same_parameters(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -207,9 +207,10 @@ def test_a_fit_is_asked_where_what_is_lacking_leaves_a_size_open(
     assert ([c.term for c in asked], [c.term for c in possible]) == ([A][:fitted], [A][:half])
 
 
-def test_responses_are_counted_of_the_busiest_capture() -> None:
-    records: Any = [SimpleNamespace(simulated=n) for n in (3, 9, 5)]
-    assert forward.evaluations(records) == 9
+def test_derivatives_take_a_response_for_each_unknown_of_every_record() -> None:
+    records: Any = [SimpleNamespace(unknowns=range(n)) for n in (3, 9, 5)]
+    solution: Any = SimpleNamespace(unknowns=("R", "L"))
+    assert forward._Model(records, solution, {}).width == 3 * (1 + 2) + 3 + 9 + 5
 
 
 def selected(
@@ -228,7 +229,7 @@ def selected(
         return found
 
     monkeypatch.setattr(forward._Search, "round", one_round)
-    monkeypatch.setattr(forward, "evaluations", lambda _: 10)
+    monkeypatch.setattr(forward._Model, "width", 10)
     monkeypatch.setattr(forward.Revision, "of", lambda _, fitted: fitted)
     nothing: Any = None
     return forward.select([], nothing, {}, REACH), seen

@@ -14,21 +14,20 @@ from motorid.estimate.selection import evidence, revision
 from motorid.estimate.selection.evidence import Evidence, Price
 from motorid.estimate.selection.revision import Revision
 from motorid.estimate.selection.score_test import Candidate
+from motorid.estimate.solver.allowance import Allowance
 from motorid.estimate.solver.problem import Solution, Unknown
 
 OLD, OTHER, LAST = TERMS["direction"], TERMS["quadratic-load"], TERMS["cogging"]
 DROP, HEAT = TERMS["brush-drop"], TERMS["heating"]
-GOOD, BAD = (
-    Evidence(99.0, 1.0, 20.0, 9.0, evaluations=7),
-    Evidence(9.0, 1.0, 20.0, 9.0, evaluations=7),
-)
+GOOD, BAD = Evidence(99.0, 1.0, 20.0, 9.0), Evidence(9.0, 1.0, 20.0, 9.0)
+WEIGHED, FITTED, WIDTH = 7, 5, 2  # responses: to weigh a term, to fit, of a set of derivatives
 
 
 def fit(*terms: Term) -> Any:
     """As far as a revision looks at a fit."""
     free = tuple(n for t in terms for n in t.free)
     return SimpleNamespace(
-        terms=terms, free=free, solution="solution", records=[SimpleNamespace(simulated=3)],
+        terms=terms, free=free, solution="solution", records=["record"], width=WIDTH,
         values=dict.fromkeys(free, 1.0),
     )  # fmt: skip
 
@@ -53,22 +52,28 @@ class Given:
     def of(
         self, fitted: Any, most: float = 1e9, but: tuple[Term, ...] = ()
     ) -> tuple[Any, Revision]:
-        self.free = fitted.free
-        looked = Revision(but, most)
+        self.free, self.allowance = fitted.free, Allowance(most=most)
+        looked = Revision(but, self.allowance)
         return looked.of(fitted), looked
+
+    def spend(self, responses: int) -> None:
+        """As the engine does: what goes beyond the allowance ends."""
+        self.allowance.count.responses += responses
+        self.allowance.ends()
 
     def weigh(self, _f: Any, rest: Any, _s: Any, term: Term) -> Evidence:
         self.weighed.append((term.name, *(t.name for t in rest)))
+        self.spend(WEIGHED)
         return self.evidence[term.name]
 
     def begin(self, _f: Any, terms: Any, _candidate: Any = None) -> Any:
         names = tuple(t.name for t in terms)
         self.begun.append(names)
         rough = fit(*terms)
+        self.spend(FITTED)
         return SimpleNamespace(
-            records=[SimpleNamespace(simulated=5)], roughly=lambda: rough, followed=lambda: rough,
-            nearly=lambda one: one,
-        )  # fmt: skip
+            roughly=lambda: rough, followed=lambda: rough, nearly=lambda one: one
+        )
 
     def screen(self, *given: Any) -> list[Candidate]:
         taken, names = given[3:]
@@ -94,7 +99,8 @@ def test_a_term_of_a_clear_size_is_not_asked_about(monkeypatch: pytest.MonkeyPat
     found, looked = given.of(fitted)
     assert found is fitted
     assert given.weighed == []
-    assert looked.spent == 5  # of the fit without it
+    assert given.allowance.spent == FITTED  # of the fit without it
+    assert looked.left_out == ()
 
 
 @pytest.mark.parametrize(("weight", "kept"), [(GOOD, True), (BAD, False)])
@@ -107,7 +113,9 @@ def test_a_faint_one_stays_where_the_data_support_it_beside_the_others(
     found, looked = given.of(fit(OLD, LAST))
     assert given.weighed == [("direction", "cogging")]
     assert found.terms == ((OLD, LAST) if kept else (LAST,))
-    assert looked.spent == 7 + 5
+    assert given.allowance.spent == WEIGHED + FITTED
+    assert given.allowance.kept == 0.0
+    assert looked.left_out == ()
 
 
 def test_another_takes_its_place_where_it_leaves_clearly_less(
@@ -126,7 +134,7 @@ def test_another_takes_its_place_where_it_leaves_clearly_less(
         ("cogging", "quadratic-load"), ("cogging", "brush-drop"),
     ]  # fmt: skip
     assert found.terms == (LAST, DROP)  # the better of the two that are tried
-    assert looked.spent == 20
+    assert given.allowance.spent == 4 * FITTED
     given.paid |= {("cogging", "quadratic-load"): 91.0, ("cogging", "brush-drop"): 90.5}
     same = fit(OLD, LAST)
     kept, looked = given.of(same)
@@ -202,8 +210,39 @@ def test_where_the_responses_are_spent_nothing_is_exchanged(
     given = Given(monkeypatch, d_T0=3.0, T_lc=20.0, T_c=0.0)
     given.evidence = {"direction": GOOD}
     fitted = fit(OLD, OTHER, LAST)
-    found, looked = given.of(fitted, most=6.0)
-    assert (found, given.begun, looked.spent) == (fitted, [], 7)
+    found, looked = given.of(fitted, most=12.0)  # half of it is for the search
+    assert (found, given.begun, given.allowance.spent) == (fitted, [], WEIGHED)
+    assert looked.left_out == (OLD, OTHER)
+
+
+@pytest.mark.parametrize(
+    ("most", "begun", "left"),
+    [(11.9, 0, (OLD,)), (12.0, 2, (OLD,)), (30.0, 3, (OLD,)), (31.0, 3, ())],
+)
+def test_what_was_cut_changes_nothing_and_is_told(
+    most: float, begun: int, left: tuple[Term, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """None begins with less than three sets of derivatives in its half of what is left."""
+    given = Given(monkeypatch, d_T0=20.0, T_c=0.0)
+    given.screened = [candidate(OLD, 100.0), candidate(OTHER, 90.0)]
+    given.paid = {("direction", "cogging"): 100.0, ("cogging", "quadratic-load"): 1.0}
+    fitted = fit(OLD, LAST)
+    found, looked = given.of(fitted, most=most)
+    assert (len(given.begun), looked.left_out) == (begun, left)
+    assert (found is fitted) is bool(left)
+
+
+def test_a_term_that_was_not_weighed_to_the_end_is_not_dropped(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    given = Given(monkeypatch, d_T0=3.0, T_c=0.0)
+    given.evidence = {"direction": BAD}
+    for most, begun in ((14.0, 0), (20.0, 1)):  # the second in the fit without it
+        given.begun.clear()
+        fitted = fit(OLD, LAST)
+        found, looked = given.of(fitted, most=most)
+        assert found is fitted
+        assert (len(given.begun), looked.left_out) == (begun, (OLD,))
 
 
 def test_a_fit_without_a_term_begins_without_its_parameters(
@@ -260,11 +299,10 @@ def weighed(
     """``moved``: variance that noise of the voltage adds to the size, of what it had."""
     wider = SimpleNamespace(
         solution=SimpleNamespace(own=[np.zeros(2)] * records), free=("R", *DROP.free),
-        records=[SimpleNamespace(simulated=9)] * records,
+        records=["record"] * records,
     )  # fmt: skip
     null = SimpleNamespace(
         solution=SimpleNamespace(own=[np.zeros(1)] * records), free=("R",),
-        records=[SimpleNamespace(simulated=4), SimpleNamespace(simulated=6)],
     )  # fmt: skip
     asked: list[int] = []
 
@@ -291,7 +329,6 @@ def weighed(
     weigh: Any = evidence.weigh
     out = weigh(wider, (), None, DROP)
     assert asked == [2 + records]  # two shared, and one of each record
-    assert out.evaluations == 6
     return out
 
 

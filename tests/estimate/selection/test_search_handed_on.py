@@ -17,13 +17,14 @@ from motorid.estimate.selection.evidence import Evidence, Price
 from motorid.estimate.selection.forward_selection import Trial
 from motorid.estimate.selection.score_test import Candidate
 from motorid.estimate.selection.unsettled_models import Unsettled
+from motorid.estimate.solver.allowance import Allowance
 from tests.estimate.selection.noted_stages import noting
 from tests.estimate.solutions import MOTOR, solution
 
 SIDED, LOAD, COGS, TWO = (
     TERMS[name] for name in ("direction", "quadratic-load", "cogging", "two-masses")
 )
-GOOD = Evidence(99.0, 1.0, 20.0, 9.0, evaluations=3)
+GOOD = Evidence(99.0, 1.0, 20.0, 9.0)
 
 
 def candidate(term: Any, gain: float = 100.0, **shift: float) -> Candidate:
@@ -33,10 +34,13 @@ def candidate(term: Any, gain: float = 100.0, **shift: float) -> Candidate:
 # a search
 
 
-def test_a_search_looks_beside_what_the_solution_has_within_four_times_its_cost(
+def test_a_search_looks_beside_what_the_solution_has_as_far_as_one_allowance_goes(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    """The end of the fit that is offered, 16 sets of derivatives, is kept while it looks."""
     seen: list[Any] = []
+    allowance = Allowance(most=1000.0)
+    allowance.kept = 7.0
 
     class Search:
         def __init__(self, *given: Any) -> None:
@@ -44,19 +48,22 @@ def test_a_search_looks_beside_what_the_solution_has_within_four_times_its_cost(
             self.left_out, self.untried = [COGS], [Unsettled(COGS, {"R": 4.0})]
 
         def round(self, now: Any) -> Any:
-            seen.append((now.records, now.solution, now.values, now.taken))
+            seen.append((now.records, now.solution, now.values, now.taken, allowance.kept))
             return []
 
     monkeypatch.setattr(forward, "_Search", Search)
-    revised = SimpleNamespace(possible=[Unsettled(LOAD, {"R": 3.0})])
+    revised = SimpleNamespace(possible=[Unsettled(LOAD, {"R": 3.0})], left_out=(SIDED,))
     monkeypatch.setattr(forward, "Revision", lambda *given: seen.append(given) or revised)
-    records: Any = [SimpleNamespace(simulated=5), SimpleNamespace(simulated=7)]
-    found = forward.select(records, "solution", MOTOR, {"R": 0.1}, [SIDED], [LOAD])  # type: ignore[arg-type]
+    records: Any = [SimpleNamespace(unknowns=(1, 2)), SimpleNamespace(unknowns=())]
+    near = solution()
+    monkeypatch.setattr(forward, "current", lambda: allowance)
+    found = forward.select(records, near, MOTOR, {"R": 0.1}, [SIDED], [LOAD])
     assert (found.stages, found.trials, found.left_out) == ((), (), (COGS,))
+    assert (found.not_revised, allowance.kept) == ((SIDED,), 7.0)
     assert found.unsettled == (*revised.possible, Unsettled(COGS, {"R": 4.0}))
     assert seen == [
-        ({"R": 0.1}, [SIDED], 28.0), ((SIDED, LOAD), 28.0),
-        (records, "solution", MOTOR, (LOAD,)),
+        ({"R": 0.1}, [SIDED], allowance), ((SIDED, LOAD), allowance),
+        (records, near, MOTOR, (LOAD,), 7.0 + 16 * (7 + 2 + 7)),
     ]  # fmt: skip
 
 
@@ -77,7 +84,7 @@ def test_older_terms_are_looked_at_again_once_there_are_two(
 
     revised: Any = SimpleNamespace(records="r", solution="s", values={"R": 1.0}, terms=(LOAD, COGS))
     monkeypatch.setattr(forward._Search, "round", one_round)
-    monkeypatch.setattr(forward, "evaluations", lambda _: 10)
+    monkeypatch.setattr(forward._Model, "width", 10)
     monkeypatch.setattr(forward.Revision, "of", lambda _, fitted: revised)
     found = forward.select([], "first", MOTOR, {})  # type: ignore[arg-type]
     assert seen == [
@@ -157,7 +164,7 @@ def test_a_fit_with_a_term_begins_beside_what_is_known(monkeypatch: pytest.Monke
 def test_a_fit_that_failed_begins_once_more_with_little_of_its_term(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Where it leaves more than it may, or no motor follows; each costs its responses."""
+    """Where it leaves more than it may, or no motor follows."""
     begun: list[Any] = []
     ends = {1.0: solution(90.0), 0.05: solution(40.0)}
 
@@ -165,20 +172,16 @@ def test_a_fit_that_failed_begins_once_more_with_little_of_its_term(
         begun.append(one)
         rough = ends[one.start["d_T0"]]
         found = rough and SimpleNamespace(solution=rough)
-        return SimpleNamespace(
-            records=[SimpleNamespace(simulated=6)], followed=lambda: found, at=one
-        )
+        return SimpleNamespace(followed=lambda: found, at=one)
 
     monkeypatch.setattr(forward, "_begun", begin)
-    search = forward._Search({}, (), 1e9)
+    search = forward._Search({}, (), Allowance())
     one = replace(candidate(SIDED, R=3.0), own=({"a": 1.0},))
     for first, most, tries in ((90.0, 90.0, 1), (90.0, 89.0, 2), (None, 1e9, 2)):
         begun.clear()
         ends[1.0] = solution(first) if first else None  # type: ignore[assignment]
-        search.spent = 0
         found, rough = search._rough(None, one, most)  # type: ignore[arg-type]
         assert len(begun) == tries
-        assert search.spent == 6 * tries
         at: Any = found
         assert at.at is begun[-1]
         assert rough is not None
@@ -188,29 +191,25 @@ def test_a_fit_that_failed_begins_once_more_with_little_of_its_term(
 
 
 def test_a_fit_whose_end_no_motor_has_is_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What it spent counts; so does what weighing the others takes."""
-
     class Begins:
         def __init__(self, term: Any) -> None:
-            self.records, self.term = [SimpleNamespace(simulated=10)], term
+            self.term = term
 
         def nearly(self, _: Any) -> Any:
-            self.records[0].simulated += 4
             if self.term is SIDED:
                 raise DataError("no motor")
             values = {"R": 2.5, "K": 0.9}
-            return SimpleNamespace(records=self.records, values=values, terms=(LOAD,))
+            return SimpleNamespace(values=values, terms=(LOAD,))
 
     seen: dict[str, Any] = {}
     rough = SimpleNamespace(solution=SimpleNamespace(objective=10.0))
     noting(monkeypatch, forward, seen, weigh=GOOD, priced=Price(1.0, 1, 1.0))
-    search = forward._Search({"R": 0.25, "K": 0.05}, (), 1e9)
+    search = forward._Search({"R": 0.25, "K": 0.05}, (), Allowance())
     monkeypatch.setattr(search, "_rough", lambda _now, c, _most: (Begins(c.term), rough))
     now: Any = SimpleNamespace(values={"R": 2.0, "K": 1.0}, taken=(COGS,), solution="before")
     ((fitted, found),) = search._compared(now, [candidate(SIDED), candidate(LOAD)], 10.0)
     assert seen["weigh"] == [(fitted, (COGS,), "before", LOAD)]
     assert found == Trial(LOAD, (COGS,), GOOD, pytest.approx(2.0))
-    assert search.spent == 4 + 4 + 3
     assert seen["priced"] == [(rough, SIDED), (rough, LOAD)]
     search.reach = {}
     assert next(search._compared(now, [candidate(LOAD)], 10.0))[1].moves == 0.0
@@ -222,9 +221,8 @@ def test_terms_that_move_half_of_what_matters_are_not_left_out_for_want_of_room(
 ) -> None:
     waiting = [candidate(SIDED, R=0.5), candidate(LOAD, R=0.50001)]
     monkeypatch.setattr(forward, "_asked", lambda *_: (waiting, [], 1.0))
-    search = forward._Search({"R": 1.0}, (), 1.0)
-    search.spent = 2
-    now: Any = SimpleNamespace(values=MOTOR)
+    search = forward._Search({"R": 1.0}, (), Allowance(most=1.0))
+    now: Any = SimpleNamespace(values=MOTOR, width=1)
     assert search.round(now) == []
     assert search.left_out == [LOAD]
 
@@ -275,35 +273,32 @@ def test_an_older_term_is_weighed_and_left_out_beside_all_others(
     bad = replace(GOOD, gain=1.0)
     rough = SimpleNamespace(name="rough")
     near = SimpleNamespace(terms=(COGS,), free=("T_c",), solution="near")
-    begun = SimpleNamespace(
-        roughly=lambda: rough, nearly=lambda one: one is rough and near,
-        records=[SimpleNamespace(simulated=4), SimpleNamespace(simulated=9)],
-    )  # fmt: skip
+    begun = SimpleNamespace(roughly=lambda: rough, nearly=lambda one: one is rough and near)
     noting(monkeypatch, revision, seen, size_of=12.0, shapes_of=[7], weigh=bad, _begun=begun)
-    fitted: Any = SimpleNamespace(terms=(SIDED, COGS), free=("R", "d_T0", "T_c"), solution="s")
-    looked = revision.Revision((), 1e9)
+    fitted: Any = SimpleNamespace(
+        terms=(SIDED, COGS), free=("R", "d_T0", "T_c"), solution="s", width=1
+    )
+    looked = revision.Revision((), Allowance())
     found: Any = looked._pruned(fitted)
     assert found is near
     assert seen["shapes_of"] == [(fitted.free, SIDED)]
     assert seen["size_of"] == [("s", 1, [7])]
     assert seen["weigh"] == [(fitted, (COGS,), "s", SIDED)]
     assert seen["_begun"] == [(fitted, (COGS,))]
-    assert looked.spent == 3 + 9
 
 
 def test_rivals_of_a_term_are_screened_where_it_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: dict[str, Any] = {}
     null = SimpleNamespace(records=["null"], solution="null's", values={"R": 1.0})
     rough = SimpleNamespace(name="rough")
-    begun = SimpleNamespace(followed=lambda: null, records=[SimpleNamespace(simulated=1)])
+    begun = SimpleNamespace(followed=lambda: null)
     usual = SimpleNamespace(
         records=["mine"], solution="mine, white", values={"R": 2.0}, terms=(SIDED, COGS)
     )
-    same = SimpleNamespace(followed=lambda: usual, records=[SimpleNamespace(simulated=1)])
+    same = SimpleNamespace(followed=lambda: usual)
     other = SimpleNamespace(
-        followed=lambda: rough, records=[SimpleNamespace(simulated=1)],
-        nearly=lambda one: "near" if one is rough else None,
-    )  # fmt: skip
+        followed=lambda: rough, nearly=lambda one: "near" if one is rough else None
+    )
     left = [begun, same, other]
     monkeypatch.setattr(
         revision, "_begun", lambda *of: seen.setdefault("begun", []).append(of) or left.pop(0)
@@ -323,7 +318,7 @@ def test_rivals_of_a_term_are_screened_where_it_is_not(monkeypatch: pytest.Monke
     fitted: Any = SimpleNamespace(
         terms=(SIDED, COGS), records=["mine"], solution="s", values={"R": 4.0}
     )
-    looked = revision.Revision((TWO,), 1e9)
+    looked = revision.Revision((TWO,), Allowance())
     assert looked._exchanged(fitted, SIDED) == "near"  # type: ignore[comparison-overlap]
     assert seen["begun"] == [
         (fitted, (COGS,)), (fitted, (SIDED, COGS)), (null, (COGS, LOAD), rivals[0])
@@ -335,10 +330,9 @@ def test_rivals_of_a_term_are_screened_where_it_is_not(monkeypatch: pytest.Monke
     assert names == [n for n in score_test.SCREENED if n != "cogging"]
     assert seen["priced"][0] == (usual, SIDED)
     assert seen["priced"][1] == (rough, LOAD)
-    left[:] = [SimpleNamespace(followed=lambda: None, records=begun.records)]
+    left[:] = [SimpleNamespace(followed=lambda: None)]
     screens += [rivals]
     assert looked._exchanged(fitted, SIDED) is None
-    assert looked.spent == 4
     assert looked.possible == [Unsettled(SIDED, {"R": 4.0})]  # it gains 11 of the 100 it is worth
 
 

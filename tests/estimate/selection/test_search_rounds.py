@@ -16,6 +16,7 @@ from motorid.estimate.selection import forward_selection as forward
 from motorid.estimate.selection.evidence import Evidence, Price
 from motorid.estimate.selection.forward_selection import Trial
 from motorid.estimate.selection.score_test import Candidate
+from motorid.estimate.solver.allowance import Allowance
 from tests.estimate.selection.test_forward_selection import (
     BAD,
     GOOD,
@@ -31,6 +32,7 @@ from tests.estimate.selection.test_forward_selection import (
 )
 
 SMALL = replace(GOOD, gain=50.0)
+WIDTH = 1  # responses of a set of derivatives
 
 
 class Fits:
@@ -38,24 +40,30 @@ class Fits:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, **each: tuple[float, Evidence, float]):
         self.each, self.begun, self.weighed = each, list[str](), list[str]()
+        self.allowance = Allowance()
         monkeypatch.setattr(forward, "_begun", lambda _, c: self.begin(c.term.name))
         monkeypatch.setattr(forward, "weigh", self.weigh)
         monkeypatch.setattr(forward, "priced", lambda rough, _: Price(rough.F, 1, 0.0))
 
     def begin(self, name: str) -> Any:
         self.begun.append(name)
-        records = [SimpleNamespace(simulated=10), SimpleNamespace(simulated=7)]
+        self.spend(10)
         F = self.each[name.replace("-", "_")][0]
         rough = SimpleNamespace(F=F, solution=SimpleNamespace(objective=F))
 
         def nearly(_: Any) -> Any:
-            records[0].simulated += 5
+            self.spend(5)
             moves = self.each[name.replace("-", "_")][2]
             return SimpleNamespace(
-                records=records, values={"R": 2.0 + moves, "K": 1.0}, terms=(name,), solution=None
+                values={"R": 2.0 + moves, "K": 1.0}, terms=(name,), solution=None
             )
 
-        return SimpleNamespace(records=records, followed=lambda: rough, nearly=nearly, name=name)
+        return SimpleNamespace(followed=lambda: rough, nearly=nearly, name=name)
+
+    def spend(self, responses: int) -> None:
+        """As the engine does: what goes beyond the allowance ends."""
+        self.allowance.count.responses += responses
+        self.allowance.ends()
 
     def weigh(self, _f: Any, _t: Any, _s: Any, term: Term) -> Evidence:
         self.weighed.append(term.name)
@@ -63,11 +71,11 @@ class Fits:
 
 
 def rounds(
-    monkeypatch: pytest.MonkeyPatch, waiting: Sequence[Candidate], most: float = 1e9
+    monkeypatch: pytest.MonkeyPatch, waiting: Sequence[Candidate], allowed: Allowance | None = None
 ) -> tuple[list[Trial], forward._Search]:
     monkeypatch.setattr(forward, "_asked", lambda *_: (list(waiting), [], WHITE))
-    search = forward._Search(REACH, (), most)
-    now: Any = SimpleNamespace(values={"R": 2.0, "K": 1.0}, taken=(), solution=None)
+    search = forward._Search(REACH, (), allowed or Allowance())
+    now: Any = SimpleNamespace(values={"R": 2.0, "K": 1.0}, taken=(), solution=None, width=WIDTH)
     return [t for _, t in search.round(now)], search
 
 
@@ -79,11 +87,12 @@ def test_rivals_are_all_fitted_roughly_and_judged_from_the_best_until_one_earns(
         cogging=(350.0, GOOD, -0.5),
     )  # fmt: skip
     waiting = [candidate(t, 100.0, R=1.0) for t in (A, B, C)]
-    found, search = rounds(monkeypatch, waiting)
+    found, search = rounds(monkeypatch, waiting, fits.allowance)
     assert fits.begun == ["direction", "quadratic-load", "cogging"]
     assert [(t.term, t.earns) for t in found] == [(B, False), (C, True)]
     assert found[1].moves == pytest.approx(5.0)
-    assert search.spent == 3 * 10 + 2 * 5
+    assert fits.allowance.spent == 3 * 10 + 2 * 5
+    assert search.left_out == []
 
 
 def test_a_rough_fit_that_keeps_none_of_its_promise_is_not_finished(
@@ -141,22 +150,40 @@ def test_what_stands_for_a_likelier_one_of_an_open_size_is_not_offered(
 def test_when_the_responses_are_spent_the_others_are_left_out(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    Fits(monkeypatch, direction=(300.0, BAD, 0.5))
+    fits = Fits(monkeypatch, direction=(300.0, BAD, 0.5))
+    fits.allowance.most = 16.0
     next_one = replace(candidate(C, 45.0, R=0.051), changes=(np.ones((1, 2)),))
     waiting = [candidate(A, 100.0, R=1.0), next_one, candidate(D, 40.0, R=0.04)]
-    found, search = rounds(monkeypatch, waiting, most=14.0)
+    found, search = rounds(monkeypatch, waiting, fits.allowance)
     assert [t.term for t in found] == [A]
     assert search.left_out == [C]  # D moves too little to matter
     assert [one.term for one in search.untried] == [C]
     assert search.untried[0].values["R"] == pytest.approx(2.0 * math.exp(0.051 / 2.0))
 
 
-@pytest.mark.parametrize(("most", "begun"), [(14.9, 1), (15.0, 2)])
-def test_another_round_begins_until_more_than_the_budget_is_spent(
+@pytest.mark.parametrize(("most", "begun"), [(18.9, 1), (19.0, 2)])
+def test_others_begin_as_long_as_four_sets_of_derivatives_are_left(
     most: float, begun: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A fit costs 15 responses here; nothing that was tried was taken until a search says so."""
     fits = Fits(monkeypatch, direction=(300.0, BAD, 0.5), cogging=(300.0, BAD, 0.5))
-    found, _ = rounds(monkeypatch, [candidate(A, 100.0, R=1.0), candidate(C, 45.0, R=0.1)], most)
+    fits.allowance.most = most
+    waiting = [candidate(A, 100.0, R=1.0), candidate(C, 45.0, R=0.1)]
+    found, search = rounds(monkeypatch, waiting, fits.allowance)
     assert len(fits.begun) == begun
+    assert [one.term for one in found] == [A]  # where the second begins, it is cut
+    assert search.left_out == [C]
     assert not any(one.taken for one in found)
+
+
+@pytest.mark.parametrize("most", [5.0, 12.0])
+def test_a_fit_that_was_cut_is_no_trial_and_its_term_stays_open(
+    most: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """While it was rough, or while it was judged; one that waits is left out with it."""
+    fits = Fits(monkeypatch, direction=(300.0, GOOD, 0.5))
+    fits.allowance.most = most
+    waiting = [candidate(A, 100.0, R=1.0), candidate(C, 45.0, R=0.1)]
+    found, search = rounds(monkeypatch, waiting, fits.allowance)
+    assert (found, fits.begun, search.left_out) == ([], ["direction"], [A, C])
+    assert [one.term for one in search.untried] == [A, C]

@@ -15,10 +15,12 @@ from motorid.estimate.results.status import Status
 from motorid.estimate.selection import forward_selection as forward
 from motorid.estimate.selection.evidence import Evidence
 from motorid.estimate.selection.forward_selection import Trial
-from motorid.estimate.selection.unsettled_models import Unsettled, with_unsettled
+from motorid.estimate.selection.unsettled_models import Unsettled, with_left_out, with_unsettled
 from tests.report.example import estimate
 
-LOAD, SLOW, SIDED = (TERMS[name] for name in ("quadratic-load", "stribeck", "direction"))
+LOAD, SLOW, SIDED, COGS = (
+    TERMS[name] for name in ("quadratic-load", "stribeck", "direction", "cogging")
+)
 
 
 def values(given: Estimate, **factors: float) -> dict[str, float]:
@@ -107,8 +109,8 @@ def selected(monkeypatch: pytest.MonkeyPatch, *rounds: list[tuple[Any, Evidence,
             ]  # fmt: skip
 
     monkeypatch.setattr(forward, "_Search", Search)
-    records: Any = [SimpleNamespace(simulated=5)]
-    return forward.select(records, None, {}, {})  # type: ignore[arg-type]
+    monkeypatch.setattr(forward._Model, "width", 10)
+    return forward.select((), None, {}, {})  # type: ignore[arg-type]
 
 
 def test_what_half_supported_terms_say_counts_until_one_earns_its_place(
@@ -123,3 +125,26 @@ def test_what_half_supported_terms_say_counts_until_one_earns_its_place(
     for size in (OPEN, replace(OPEN, gain=45.0)):
         still = selected(monkeypatch, [(SLOW, GOOD, 7.0)], [(LOAD, size, 5.0), (SIDED, BAD, 2.0)])
         assert still.unsettled == (Unsettled(LOAD, {"B": 5.0}),)
+
+
+def test_what_a_bounded_search_left_out_is_one_remark_with_what_to_do() -> None:
+    one = estimate()
+    said = with_left_out(one, [COGS, SIDED, COGS]).diagnostics[-1]
+    assert (said.code, said.severity) == ("search_ended", "warning")
+    assert "before it tried cogging, direction: name one" in said.message
+    assert said.message.endswith("--model cogging")
+    assert with_left_out(one, []) is one
+    model = (LOAD, COGS)
+    said = with_left_out(one, [], model, [LOAD]).diagnostics[-1]
+    assert (said.code, said.severity) == ("search_ended", "info")
+    assert "whether another effect takes the place of quadratic-load: a model" in said.message
+    assert said.message.endswith("--model quadratic-load+cogging")
+    found = with_left_out(one, [SIDED], model, [LOAD], settled_model=False)
+    assert len(found.diagnostics) == len(one.diagnostics) + 1
+    said = found.diagnostics[-1]
+    assert said.severity == "warning"
+    assert said.message == (
+        "the search for a better model ended before it tried direction and before it asked whether "
+        "another effect takes the place of quadratic-load and before the last passes of the better "
+        "model were done: name one of them, as by --model direction"
+    )

@@ -69,7 +69,7 @@ class Room:
 
     def best(self, chosen: Any, fix: Any, without: Any) -> Any:
         assert (chosen.stages, fix, without) == (("stage",), {}, ("B",))
-        wide = SimpleNamespace(terms=self.offered, records="wide", solution="its own")
+        wide = SimpleNamespace(terms=self.offered, records="wide", solution="its own", settled=True)
         return (wide, "known") if self.offered else None, ()
 
     def alternative(self, fitted: Any, found: Any, *rest: Any, asked: bool) -> Any:

@@ -12,6 +12,7 @@ import pytest
 from motorid.estimate.model.extended_terms import ADDED, TERMS
 from motorid.estimate.selection import evidence, extended_fit
 from motorid.estimate.selection.extended_fit import Begun, Fitted
+from motorid.estimate.solver.allowance import Allowance
 from motorid.estimate.solver.autoregression import prominence
 from motorid.estimate.solver.problem import Derivatives
 from tests.estimate.selection.noted_stages import noting
@@ -38,7 +39,7 @@ def test_a_fit_is_near_once_sources_and_noise_are_those_of_its_rough_end(
         monkeypatch, extended_fit, seen, sizes_by_name=[{"a": 1.0}, {"a": 2.0}],
         _weighed=solution(J=9.0),
     )  # fmt: skip
-    noting(monkeypatch, extended_fit.alternating_fit, seen, with_sources=white)
+    noting(monkeypatch, extended_fit.alternating_fit, seen, going_on=white)
     records: Any = (record("one"), record("two"))
     begun = Begun((SIDED,), records, ("R",), {**MOTOR, "N_c": 3.0})
     found = begun.nearly(Fitted((SIDED,), records, first, ("R",), {}))
@@ -47,9 +48,9 @@ def test_a_fit_is_near_once_sources_and_noise_are_those_of_its_rough_end(
     ]  # fmt: skip
     start = {**MOTOR, "R": 5.0, "N_c": 3.0}
     assert seen["sizes_by_name"] == [(records, first)]
-    assert seen["with_sources"] == [(records, ("R",), start)]
-    near = extended_fit.alternating_fit.JUDGED
     most = extended_fit.alternating_fit.JUDGED_STEPS  # less than 10⁷ steps, of which each takes 10⁴
+    assert seen["going_on"] == [(records, ("R",), start, first, most)]
+    near = extended_fit.alternating_fit.JUDGED
     assert seen["_weighed"] == [(records, ("R",), start, white, near, most)]
     assert (found.terms, found.records, found.free) == ((SIDED,), records, ("R",))
     assert found.start == {**MOTOR, "K": 0.07, "N_c": 3.0}
@@ -71,16 +72,43 @@ def test_a_fit_to_its_end_settles_as_one_of_six_does(monkeypatch: pytest.MonkeyP
     settled, white, end = solution(R=3.0), solution(K=0.09), solution(J=8.0)
     noting(monkeypatch, extended_fit.alternating_fit, seen, in_turn=settled, again=end)
     noting(monkeypatch, extended_fit, seen, _weighed=white)
-    near = Fitted((SIDED,), ("record",), solution(B=1.0), ("R",), {"N_c": 3.0})  # type: ignore[arg-type]
+    records: Any = (SimpleNamespace(unknowns=(1, 2)),)
+    near = Fitted((SIDED,), records, solution(B=1.0), ("R",), {"N_c": 3.0})
     found = extended_fit.finished(near)
     values = {**MOTOR, "B": 1.0, "N_c": 3.0}
-    assert seen["in_turn"] == [(("record",), ("R",), values, near.solution, ("thorough", True))]
-    assert seen["_weighed"] == [(("record",), ("R",), values, settled)]
+    assert seen["in_turn"] == [(records, ("R",), values, near.solution, ("thorough", True))]
+    assert seen["_weighed"] == [(records, ("R",), values, settled)]
     then = {**values, **MOTOR, "K": 0.09}
-    assert seen["again"] == [
-        (("record",), ("R",), then, white, ("enough", extended_fit.AT_THE_END))
-    ]
+    assert seen["again"] == [(records, ("R",), then, white, ("enough", extended_fit.AT_THE_END))]
     assert (found.solution, found.start, found.terms) == (end, {"N_c": 3.0}, (SIDED,))
+    assert found.settled
+
+
+@pytest.mark.parametrize(
+    ("most", "begun", "settled"), [(15.9, 0, False), (39.0, 1, False), (40.9, 1, True)]
+)
+def test_a_fit_is_carried_as_far_as_there_is_room(
+    most: float, begun: int, settled: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its derivatives take 4 responses: 16 to begin with; its passes leave 24 for what follows."""
+    allowance = Allowance(most=most)
+    monkeypatch.setattr(extended_fit, "current", lambda: allowance)
+
+    def passes(*_: Any, **__: Any) -> Any:
+        allowance.count.responses += 16
+        allowance.ends()
+        return solution()
+
+    monkeypatch.setattr(extended_fit.alternating_fit, "in_turn", passes)
+    seen: dict[str, Any] = {}
+    noting(monkeypatch, extended_fit.alternating_fit, seen, again=solution())
+    noting(monkeypatch, extended_fit, seen, _weighed=solution())
+    records: Any = (SimpleNamespace(unknowns=(1, 2)),)
+    near = Fitted((SIDED,), records, solution(B=1.0), ("R",), {"N_c": 3.0})
+    found = extended_fit.finished(near)
+    assert (len(seen.get("again", ())), found.settled) == (begun, settled)
+    assert (found.solution is near.solution) is not bool(begun)
+    assert allowance.kept == 0.0
 
 
 def test_noise_is_weighed_with_steps_as_fine_as_it_needs(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -33,7 +33,7 @@ class Told:
         self.known: Derivatives | None = None
         self.dampings: list[float] = []
         self.taken: list[int] = []  # how many steps had been tried when derivatives were taken
-        self.worked, self.width = 5, 2
+        self.worked, self.width, self.used_up = 5, 2, False
 
     def derivatives(self, at: Point) -> Derivatives:
         self.taken.append(len(self.dampings))
