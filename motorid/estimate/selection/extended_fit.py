@@ -30,6 +30,7 @@ IRON_SD = 1.5  # of the logarithm of where K or L falls, and of an eddy time
 FARTHEST = 0.8  # of the most that an added parameter may be, where a search begins
 LEAST = 4  # times a set of derivatives: less is not enough to end a fit
 LAST = 6  # the same, of which the passes leave so many to the search in the noise that they show
+PART = 0.4  # of what is left: the same
 COOLS_1_S = 0.5  # standard deviation of a winding's rate of cooling
 
 
@@ -43,6 +44,7 @@ class Fitted:
     free: tuple[str, ...]
     start: Mapping[str, float]  # every value that was not searched among them
     settled: bool = True  # nothing that was to come was left out to bound the work
+    took: int = 0  # responses, to be judged
 
     @property
     def width(self) -> int:
@@ -114,7 +116,7 @@ class Begun:
 
     def nearly(self, rough: Fitted) -> Fitted:
         """Sources, noise and all, near enough to be judged; ``rough``: what ``roughly`` gave."""
-        first = rough.solution
+        first, before = rough.solution, current().spent
         start = merged(self.start, first)
         each = zip(self.records, first.own, sizes_by_name(self.records, first), strict=True)
         for record, own, sizes in each:
@@ -123,7 +125,10 @@ class Begun:
         most = _most(self.records)
         white = alternating_fit.going_on(self.records, self.free, start, first, most)
         judged = _weighed(self.records, self.free, start, white, alternating_fit.JUDGED, most)
-        return Fitted(self.terms, self.records, judged, self.free, merged(start, white))
+        return Fitted(
+            self.terms, self.records, judged, self.free, merged(start, white),
+            took=current().spent - before,
+        )  # fmt: skip
 
 
 def _most(records: Sequence[WideRecord]) -> int:
@@ -141,7 +146,8 @@ def finished(near: Fitted) -> Fitted:
         return replace(near, settled=False)
     records, free, values = near.records, near.free, near.values
     allowance.ended = False
-    with allowance.keeping(LAST * near.width):
+    part = PART * allowance.left if allowance.left < np.inf else 0.0
+    with allowance.keeping(max(LAST * near.width, part)):
         passed = alternating_fit.in_turn(records, free, values, near.solution, thorough=True)
     white = _weighed(records, free, values, passed)
     settled = not allowance.ended

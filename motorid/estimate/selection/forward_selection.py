@@ -35,6 +35,7 @@ GROSS = 1000.0  # of chi-square: fitted whatever it moves
 REFITTED = 3
 ROUNDS = 5
 KEPT = 16  # times the responses of a set of derivatives: for the end of the fit that is offered
+ENDS = 2.0  # times what judging it took: the same, where its likelihood is rough
 LEAST = 4  # the same: with less no other fit begins
 UNFORESEEN = Evidence(np.inf, 1.0, 0.0)
 RIVAL = 0.5  # of a promise, from which another is tried beside it
@@ -105,7 +106,7 @@ def select(
     now, search = _Model(records, solution, values, tuple(taken)), _Search(reach, but, allowance)
     revision = Revision((*but, *taken), allowance)
     for _ in range(ROUNDS):
-        allowance.kept = before + KEPT * now.width
+        allowance.kept = before + now.end
         found = search.round(now)
         trials += [trial for _, trial in found]
         unsettled += [Unsettled(t.term, f.values) for f, t in found if t.evidence.possible]
@@ -121,7 +122,7 @@ def select(
             harmless = None
         elif trial.evidence.supports:
             harmless = fitted
-        now = _Model(fitted.records, fitted.solution, fitted.values, fitted.terms)
+        now = _Model(fitted.records, fitted.solution, fitted.values, fitted.terms, fitted.took)
     allowance.kept = before
     kept = stages[-1].terms if stages else ()
     told = tuple(replace(t, taken=t.term in kept and t.goes_on) for t in trials)
@@ -140,6 +141,12 @@ class _Model:
     solution: Solution
     values: Mapping[str, float]
     taken: tuple[Term, ...] = ()
+    took: int = 0  # responses, to be judged
+
+    @property
+    def end(self) -> float:
+        """Responses that are kept for the end of its fit."""
+        return max(KEPT * self.width, ENDS * self.took)
 
     @property
     def width(self) -> int:

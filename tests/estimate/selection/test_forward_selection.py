@@ -213,6 +213,14 @@ def test_derivatives_take_a_response_for_each_unknown_of_every_record() -> None:
     assert forward._Model(records, solution, {}).width == 3 * (1 + 2) + 3 + 9 + 5
 
 
+@pytest.mark.parametrize(("took", "end"), [(0, 416), (208, 416), (209, 418)])
+def test_for_the_end_of_a_fit_twice_is_kept_what_judging_it_took(took: int, end: int) -> None:
+    """16 sets of derivatives at least: of 26 responses here."""
+    records: Any = [SimpleNamespace(unknowns=range(n)) for n in (3, 9, 5)]
+    solution: Any = SimpleNamespace(unknowns=("R", "L"))
+    assert forward._Model(records, solution, {}, (), took).end == end
+
+
 def selected(
     monkeypatch: pytest.MonkeyPatch, *each: Sequence[tuple[Term, float, Evidence]]
 ) -> tuple[forward.Selection, list[Any]]:
@@ -224,7 +232,7 @@ def selected(
         found = []
         for term, moves, evidence in left.pop(0) if left else ():
             terms = (*now.taken, term)
-            fitted = SimpleNamespace(records=(), solution=None, values={}, terms=terms)
+            fitted = SimpleNamespace(records=(), solution=None, values={}, terms=terms, took=0)
             found.append((fitted, Trial(term, now.taken, evidence, moves)))
         return found
 

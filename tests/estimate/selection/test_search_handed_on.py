@@ -79,10 +79,14 @@ def test_older_terms_are_looked_at_again_once_there_are_two(
         if not left:
             return []
         terms = (*now.taken, left.pop(0))
-        fitted = SimpleNamespace(records=terms, solution=f"of {len(terms)}", values={}, terms=terms)
+        fitted = SimpleNamespace(
+            records=terms, solution=f"of {len(terms)}", values={}, terms=terms, took=0
+        )
         return [(fitted, Trial(terms[-1], now.taken, GOOD, 2.0))]
 
-    revised: Any = SimpleNamespace(records="r", solution="s", values={"R": 1.0}, terms=(LOAD, COGS))
+    revised: Any = SimpleNamespace(
+        records="r", solution="s", values={"R": 1.0}, terms=(LOAD, COGS), took=7
+    )
     monkeypatch.setattr(forward._Search, "round", one_round)
     monkeypatch.setattr(forward._Model, "width", 10)
     monkeypatch.setattr(forward.Revision, "of", lambda _, fitted: revised)

@@ -103,7 +103,8 @@ def selected(monkeypatch: pytest.MonkeyPatch, *rounds: list[tuple[Any, Evidence,
 
         def round(self, _now: Any) -> Any:
             return [
-                (SimpleNamespace(terms=(term,), values={"B": moves}, records=(), solution=None),
+                (SimpleNamespace(terms=(term,), values={"B": moves}, records=(), solution=None,
+                                 took=0),
                  Trial(term, (), evidence, moves))
                 for term, evidence, moves in (left.pop(0) if left else [])
             ]  # fmt: skip

@@ -12,9 +12,10 @@ import pytest
 from motorid.estimate.model.extended_terms import ADDED, TERMS
 from motorid.estimate.selection import evidence, extended_fit
 from motorid.estimate.selection.extended_fit import Begun, Fitted
-from motorid.estimate.solver.allowance import Allowance
+from motorid.estimate.solver.allowance import Allowance, opened
 from motorid.estimate.solver.autoregression import prominence
 from motorid.estimate.solver.problem import Derivatives
+from motorid.motor import tally
 from tests.estimate.selection.noted_stages import noting
 from tests.estimate.solutions import MOTOR, solution
 
@@ -55,6 +56,36 @@ def test_a_fit_is_near_once_sources_and_noise_are_those_of_its_rough_end(
     assert (found.terms, found.records, found.free) == ((SIDED,), records, ("R",))
     assert found.start == {**MOTOR, "K": 0.07, "N_c": 3.0}
     assert found.solution.values[4] == 9.0
+
+
+def test_a_fit_says_what_judging_it_took(monkeypatch: pytest.MonkeyPatch) -> None:
+    noting(monkeypatch, extended_fit, {}, _weighed=solution(), _most=7)
+    monkeypatch.setattr(
+        extended_fit.alternating_fit, "going_on", lambda *_: tally.add(40) or solution()
+    )
+    begun = Begun((SIDED,), (), ("R",), MOTOR)
+    with opened():
+        tally.add(100)
+        assert begun.nearly(Fitted((SIDED,), (), solution(), ("R",), {})).took == 40
+
+
+def test_passes_leave_two_fifths_of_what_is_left_to_what_follows(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Where that is more than six sets of derivatives, of 4 responses here."""
+    left: list[float] = []
+    for most in (50.0, 100.0):
+        allowance = Allowance(most=most)
+        monkeypatch.setattr(extended_fit, "current", lambda a=allowance: a)
+        monkeypatch.setattr(
+            extended_fit.alternating_fit, "in_turn",
+            lambda *_, a=allowance, **__: left.append(a.left) or solution(),
+        )  # fmt: skip
+        noting(monkeypatch, extended_fit.alternating_fit, {}, again=solution())
+        noting(monkeypatch, extended_fit, {}, _weighed=solution())
+        records: Any = (SimpleNamespace(unknowns=(1, 2)),)
+        extended_fit.finished(Fitted((SIDED,), records, solution(), ("R",), MOTOR))
+    assert left == [50.0 - 24.0, 100.0 - 40.0]
 
 
 @pytest.mark.parametrize(
