@@ -114,9 +114,12 @@ class Begun:
         except DataError:
             return None
 
-    def nearly(self, rough: Fitted) -> Fitted:
-        """Sources, noise and all, near enough to be judged; ``rough``: what ``roughly`` gave."""
+    def nearly(self, rough: Fitted, lent: bool = True) -> Fitted:
+        """Sources, noise and all, near enough to be judged; ``rough``: what ``roughly`` gave, whose
+        derivatives serve on where they are ``lent``.
+        """
         first, before = rough.solution, current().spent
+        first = first if lent else replace(first, derivatives=None)
         start = merged(self.start, first)
         each = zip(self.records, first.own, sizes_by_name(self.records, first), strict=True)
         for record, own, sizes in each:

@@ -37,7 +37,7 @@ def asked_for(
         begun = begin(now[0], now[1], taken, fixed=fixed, start=start, own=own)
         rough = begun.roughly(alternating_fit.ROUGH if len(taken) == len(terms) else COARSE)
         now = rough.records, rough.solution, rough.values
-    return finished(begun.nearly(rough))
+    return finished(begun.nearly(rough, lent=False))
 
 
 def _stages(terms: Sequence[Term]) -> list[tuple[Term, ...]]:

@@ -77,7 +77,8 @@ def test_each_stage_begins_where_the_one_before_ended_and_the_last_is_the_neares
             enough.append(near)
             return self
 
-        def nearly(self, rough: Any) -> Any:
+        def nearly(self, rough: Any, lent: bool) -> Any:
+            assert not lent
             return rough
 
     def begin(records: Any, _s: Any, terms: Any, **_: Any) -> Stage:
@@ -108,7 +109,8 @@ def test_stages_begin_with_what_the_one_before_left(monkeypatch: pytest.MonkeyPa
             seen.setdefault("enough", []).append(enough)
             return left.pop(0)
 
-        def nearly(self, last: Any) -> Any:
+        def nearly(self, last: Any, lent: bool) -> Any:
+            assert not lent  # nothing bounds it
             seen["nearly"] = last
             return "near"
 

@@ -51,8 +51,14 @@ def test_a_fit_is_near_once_sources_and_noise_are_those_of_its_rough_end(
     assert seen["sizes_by_name"] == [(records, first)]
     most = extended_fit.alternating_fit.JUDGED_STEPS  # less than 10⁷ steps, of which each takes 10⁴
     assert seen["going_on"] == [(records, ("R",), start, first, most)]
+    lent = replace(first, derivatives=Derivatives(np.zeros(6), (), (), ()))
+    begun.nearly(Fitted((SIDED,), records, lent, ("R",), {}))
+    begun.nearly(Fitted((SIDED,), records, lent, ("R",), {}), lent=False)
+    handed = [of[3].derivatives for of in seen["going_on"][1:]]
+    assert handed == [lent.derivatives, None]
+
     near = extended_fit.alternating_fit.JUDGED
-    assert seen["_weighed"] == [(records, ("R",), start, white, near, most)]
+    assert seen["_weighed"][0] == (records, ("R",), start, white, near, most)
     assert (found.terms, found.records, found.free) == ((SIDED,), records, ("R",))
     assert found.start == {**MOTOR, "K": 0.07, "N_c": 3.0}
     assert found.solution.values[4] == 9.0
