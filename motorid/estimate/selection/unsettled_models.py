@@ -64,7 +64,7 @@ def with_left_out(
     model = names[0] if names else "+".join(term.name for term in offered)
     what = "name one of them" if names else "a model that is named has no such bound"
     said = Diagnostic(
-        "search_ended", "warning" if names else "info",
+        "search_ended", "info",
         f"the search for a better model ended before {' and before '.join(left)}: {what}, as by "
         f"--model {model}",
     )  # fmt: skip

@@ -131,7 +131,7 @@ def test_what_half_supported_terms_say_counts_until_one_earns_its_place(
 def test_what_a_bounded_search_left_out_is_one_remark_with_what_to_do() -> None:
     one = estimate()
     said = with_left_out(one, [COGS, SIDED, COGS]).diagnostics[-1]
-    assert (said.code, said.severity) == ("search_ended", "warning")
+    assert (said.code, said.severity) == ("search_ended", "info")
     assert "before it tried cogging, direction: name one" in said.message
     assert said.message.endswith("--model cogging")
     assert with_left_out(one, []) is one
@@ -143,7 +143,7 @@ def test_what_a_bounded_search_left_out_is_one_remark_with_what_to_do() -> None:
     found = with_left_out(one, [SIDED], model, [LOAD], settled_model=False)
     assert len(found.diagnostics) == len(one.diagnostics) + 1
     said = found.diagnostics[-1]
-    assert said.severity == "warning"
+    assert said.severity == "info"
     assert said.message == (
         "the search for a better model ended before it tried direction and before it asked whether "
         "another effect takes the place of quadratic-load and before the last passes of the better "
