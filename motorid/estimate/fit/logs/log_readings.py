@@ -30,7 +30,6 @@ from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.intersample_voltage import (
     LOOSE,
     LOOSE_SOURCE,
-    OF_MEANS,
     UNTIMED,
     Shape,
     source_ohms_of,
@@ -63,8 +62,8 @@ def taken(
         return others, settled(others, free, merged(start, near[1]))
 
     turns = any(motion(record.capture) for record in records) and not TURNING.isdisjoint(free)
-    if not turns:
-        return records, solution  # without a motion the current is all that tells of it
+    if not turns:  # without a motion the current is all that tells of its means
+        return _loosened((records, solution), again)
     best = _averaged((records, solution), SPEED, again)
     loose = _loosened(best, again)
     if loose is not best:  # what jumps left may have decided it
@@ -157,7 +156,7 @@ def _jumps(record: MotorRecord) -> bool:
 def _asks(record: MotorRecord, values: Floats, own: Floats) -> bool:
     """After jumps of the voltage the current is left far larger residuals than elsewhere."""
     waveform, current = record.sensed.waveform, record.block(CURRENT)
-    if waveform is None or current is None or not _jumps(record) or waveform.shape in OF_MEANS:
+    if waveform is None or current is None or not _jumps(record):
         return False
     jumped = waveform.time_s[waveform.steps_off]
     left = record.departures(values, own)[record.measured.index(current)]

@@ -219,8 +219,11 @@ def test_ways_are_asked_for_one_after_the_other(monkeypatch: pytest.MonkeyPatch)
     assert asked == ["speed of 100", "current of 10"]
 
 
-def test_without_a_motion_nothing_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_motion_no_means_are_asked_but_the_moments_of_jumps(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(log_readings, "_averaged", lambda *_: "asked")
+    monkeypatch.setattr(log_readings, "_loosened", lambda fit, _: fit)
     monkeypatch.setattr(log_readings, "motion", lambda _: None)
     records = [record(capture="run")]
     before = solution(100.0)
