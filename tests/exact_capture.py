@@ -99,3 +99,11 @@ def noisy(
             noise = np.where(open_, noise, 0.0)
         channels[name] = replace(channels[name], raw=channels[name].raw + noise)
     return replace(capture, channels=channels)
+
+
+def ended(capture: Capture) -> Capture:
+    """The capture whose program ends where its readings do: none is missing."""
+    assert capture.program is not None
+    *steps, last = capture.program.steps
+    lasts = (capture.ticks[-1] - capture.phases[-1].tick) / capture.clock_hz
+    return replace(capture, program=Program((*steps, replace(last, duration_s=float(lasts)))))

@@ -28,6 +28,7 @@ from motorid.estimate.diagnosis.faults import (
     saturation,
     unstated_channels,
 )
+from motorid.estimate.diagnosis.faults.bridge import pulse_distortion
 from motorid.estimate.diagnosis.input_noise import InputNoise
 from motorid.estimate.diagnosis.refit import Refit, go_on, refit, residuals
 from motorid.estimate.diagnosis.score_test import Screen
@@ -137,6 +138,7 @@ def suspects(
     convicted by a fit; empty: nothing seen. ``parameters``: how well each is known.
     """
     found = direct(records) + unstated_channels.suspects(records, solution)
+    found += pulse_distortion.suspects(records, solution)
     if spoiling(found):
         return tuple(found), None
     some, alone, k = _odd_one_out(records, solution)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from motorid.estimate.effects.bridge.pulse_distortion import PULSE_DISTORTION
 from motorid.estimate.effects.friction.friction_by_direction import FRICTION_BY_DIRECTION
 from motorid.estimate.effects.friction.load_friction import LOAD_FRICTION
 from motorid.estimate.effects.friction.quadratic_friction import QUADRATIC_FRICTION
@@ -94,6 +95,7 @@ CAPTURED = (
     WINDING_WARMING,
     DEAD_TIME_DIODES,
     DEAD_TIME_TURN,
+    PULSE_DISTORTION,
     INITIAL_SPEED,
     INITIAL_CURRENT,
     SOURCE_LEVEL,
