@@ -28,7 +28,7 @@ from motorid.estimate.diagnosis.faults import (
     saturation,
     unstated_channels,
 )
-from motorid.estimate.diagnosis.faults.bridge import pulse_distortion
+from motorid.estimate.diagnosis.faults.bridge import pulse_distortion, supply_path
 from motorid.estimate.diagnosis.input_noise import InputNoise
 from motorid.estimate.diagnosis.refit import Refit, go_on, refit, residuals
 from motorid.estimate.diagnosis.score_test import Screen
@@ -50,6 +50,7 @@ SCREENED = (
     decay_mode,
     distorted_readings,
     declared_brushes,
+    supply_path,
 )  # by derivatives
 SEEN = (
     load_slip,

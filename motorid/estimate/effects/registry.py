@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from motorid.estimate.effects.bridge.pulse_distortion import PULSE_DISTORTION
+from motorid.estimate.effects.bridge.supply_path import SUPPLY_PATH
 from motorid.estimate.effects.friction.friction_by_direction import FRICTION_BY_DIRECTION
 from motorid.estimate.effects.friction.load_friction import LOAD_FRICTION
 from motorid.estimate.effects.friction.quadratic_friction import QUADRATIC_FRICTION
@@ -139,6 +140,7 @@ ADDED = (
     *(kind for kinds in SMOOTHED.values() for kind in kinds.values()),
     DRIVEN_CURRENT_OFFSET,
     REFERENCE_SAG,
+    SUPPLY_PATH,
     QUADRATIC_FRICTION,
     FRICTION_BY_DIRECTION,
     # of wider models
