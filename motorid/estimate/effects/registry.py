@@ -24,6 +24,7 @@ from motorid.estimate.effects.reading.driven_current_offset import DRIVEN_CURREN
 from motorid.estimate.effects.reading.motion_gain import MOTION_GAIN
 from motorid.estimate.effects.reading.position_origin import POSITION_ORIGIN
 from motorid.estimate.effects.reading.smoothing import SMOOTHED
+from motorid.estimate.effects.reading.speed_dead_band import SPEED_DEAD_BAND
 from motorid.estimate.effects.reading.speed_filter import SPEED_FILTER
 from motorid.estimate.effects.reference.temperature import (
     AMBIENT_TEMPERATURE,
@@ -137,6 +138,7 @@ ADDED = (
     FRICTION_RIPPLE,
     ENCODER_ERROR,
     SPEED_FILTER,
+    SPEED_DEAD_BAND,
     *(kind for kinds in SMOOTHED.values() for kind in kinds.values()),
     DRIVEN_CURRENT_OFFSET,
     REFERENCE_SAG,

@@ -6,7 +6,8 @@ of what the channel shows.
 
 Readings tell that two gains of a channel differ, not which of them is the true one. A gain that is
 off by a share takes R and L with it, B, J and T0 the other way: so much of them is in doubt.
-A reference that falls with the current is right where none flows: its size is estimated.
+A reference that falls with the current is right where none flows, and a dead band leaves the gain
+as it is: their sizes are estimated.
 """
 
 from __future__ import annotations
@@ -31,6 +32,8 @@ from motorid.estimate.diagnosis.fault import (
     word,
 )
 from motorid.estimate.effects.brush_and_heating import DROP
+from motorid.estimate.effects.influence_quantity import InfluenceQuantity
+from motorid.estimate.effects.reading.speed_dead_band import SPEED_DEAD_BAND, swallowed
 from motorid.estimate.effects.source.reference_sag import REFERENCE_SAG
 from motorid.estimate.fit.block_regression import Size
 from motorid.estimate.model.capture_model import MotorRecord
@@ -51,6 +54,7 @@ WIDTHS = (0.0003, 0.001, 0.003, 0.01, 0.03)  # of the highest reading: hysteresi
 RANGES = (0.01, 0.02, 0.04, 0.08, 0.15, 0.3, 0.5)  # of it: where a low range may end
 TIMES_S = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # in which a shunt may warm, or a sensor settle
 SOME = 0.01  # of a gain, or of the highest reading
+DEAD = 0.003  # of the highest reading: a dead band to begin with
 MOST = 1.2  # of a gain: a channel that shows nothing below, or of one sign, is none of its ends
 SHORTEST = 1e-2  # samples: at once
 LOSSY = 0.05  # of the highest voltage: brushes that drop more bend a little as a voltage may
@@ -63,7 +67,7 @@ class Distortion:
     """What a channel whose highest reading is ``peak`` may do to its readings.
 
     ``sizes`` of a peak are tried first, within ``bounds``. ``of_gain``: the first of a size is a
-    share of a gain.
+    share of a gain. ``quantity``: by which a fit takes it among its unknowns.
     """
 
     code: str
@@ -73,6 +77,7 @@ class Distortion:
     evidence: Callable[[str, Floats, float], str]
     action: str
     of_gain: bool = True
+    quantity: InfluenceQuantity | None = None
 
 
 def hysteresis(y: Floats, size: Floats, _: float) -> Floats:
@@ -187,9 +192,16 @@ CHANGING = Distortion(
     "reading to the last",
     "let it warm up, and look at the reference of its converter",
 )  # fmt: skip
+DEAD_BAND = Distortion(
+    "dead_band", lambda y, size, _: swallowed(y, float(size[0])),
+    lambda peak: ((DEAD * peak,),), lambda peak: ((0.0,), (WIDEST * peak,)),
+    lambda unit, size, peak: f"it shows {size[0]:.3g} {unit} less than there is, of either sign, "
+    "as a tachogenerator whose brushes or rectifier keep a fixed voltage",
+    SPEED_DEAD_BAND.remedy, of_gain=False, quantity=SPEED_DEAD_BAND,
+)  # fmt: skip
 OF = {
     CURRENT: (BENT, HYSTERESIS, LOW_RANGE, ONE_SIGN, WARMING, SETTLING, DRIFTING, CHANGING),
-    SPEED: (BENT, LOW_RANGE),
+    SPEED: (BENT, LOW_RANGE, DEAD_BAND),
     VOLTAGE: (BENT, SETTLING, CHANGING),
 }
 
@@ -259,7 +271,7 @@ def _of(name: str, one: Distortion, peak: float) -> Hypothesis:
     effect = _read(one.shown) if name == VOLTAGE else showing(name, one.shown)
     return Hypothesis(
         f"{short(name)}_{one.code}", effect, sizes, sizes[0], lower, upper, words,
-        belongs=belongs, vague=name == VOLTAGE,
+        belongs=belongs, vague=name == VOLTAGE, quantity=one.quantity,
     )  # fmt: skip
 
 

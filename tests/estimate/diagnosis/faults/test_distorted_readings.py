@@ -84,7 +84,17 @@ def test_every_channel_that_is_read_may_be_distorted() -> None:
     assert not any(code.startswith("speed") for code in codes)
     commanded = {h.code for h in distorted.hypotheses([record("commanded")])}
     assert not any(code.startswith("voltage") for code in commanded)
-    assert "speed_bent" in {h.code for h in distorted.hypotheses([record("moving")])}
+    assert {"speed_bent", "speed_dead_band"} <= {
+        h.code for h in distorted.hypotheses([record("moving")])
+    }
+
+
+def test_a_dead_band_leaves_the_gain_as_it_is() -> None:
+    found = {h.code: h for h in distorted.hypotheses([record("moving")])}["speed_dead_band"]
+    assert found.belongs is not None
+    assert set(found.belongs(np.array([3.0])).values()) == {0.0}
+    said = found.words(np.array([3.0])).evidence
+    assert "it shows 3 rad/s less than there is, of either sign" in said
 
 
 def test_a_reference_sags_only_where_converters_read_current_and_voltage() -> None:
