@@ -28,7 +28,7 @@ Glance = Callable[[Sequence[Capture], Mapping[str, float]], Sequence[Floats]]
 
 CODE = "pwm_contradicted"
 FACTORS = (0.25, 0.5, 2.0, 4.0)
-MISFIT = 2.0  # residuals in units of their noise, from which it is looked for
+MISFIT = 1.8  # residuals in units of their noise, from which it is looked for
 EXPLAINED = 1.5  # chi-square for each degree of freedom up to which a wider model explains them
 CLEAR = 1.0  # mean fall of the logarithm of the residuals, over all readings
 LIKELY = 0.2  # of it at a glance, from which a supposition is worth a fit

@@ -61,9 +61,9 @@ def glance_of(sizes: dict[float, Any]) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("offset", "misfits"), [(1.5, False), (1.95, True)]
-)  # root mean squares of 1.80 and 2.19
-def test_a_current_is_left_more_than_twice_its_noise(offset: float, misfits: bool) -> None:
+    ("offset", "misfits"), [(1.35, False), (1.65, True)]
+)  # root mean squares of 1.68 and 1.93
+def test_a_current_is_left_nearly_twice_its_noise(offset: float, misfits: bool) -> None:
     assert pwm_frequency._misfits(curve(NOISE + offset)) is misfits
     assert pwm_frequency._misfits(curve(NOISE + offset, SPEED)) is False
 
