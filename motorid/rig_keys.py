@@ -113,6 +113,8 @@ SECTIONS: Mapping[str, Mapping[str, Key]] = {
         "encoder_eccentricity_rad": Number(0, 0.5),
         "reference_drift": DRIFT,
         "reference_time_s": DRIFT_TIME,
+        "terminal_load_ohm": Number(0, 1e9),
+        "terminal_load_uncertainty_ohm": Number(0, 1e9),
     },
     "limits": {
         "current_a": Number(1e-3, 1e4),

@@ -59,6 +59,8 @@ def capture() -> Capture:
             reference_drift=1e-3,
             reference_time_s=2.0,
             encoder_eccentricity_rad=2e-3,
+            terminal_load_ohm=22e3,
+            terminal_load_uncertainty_ohm=1e3,
         ),
         program=Program((Step(StepKind.DRIVE_VOLTS, 0.1, 3.3, Decay.DIODE),)),
         phases=(Phase(0, 1 << 40),),
@@ -264,6 +266,20 @@ def test_what_a_later_minor_adds_is_ignored(capture: Capture, tmp_path: Path) ->
         file["samples/current"].attrs["colour"] = "red"
         seal(file)
     assert len(store.load(path)) == N
+
+
+def test_a_file_of_an_earlier_minor_has_nothing_across_its_motor(
+    capture: Capture, tmp_path: Path
+) -> None:
+    path = store.save(capture, tmp_path / "run.h5")
+    with h5py.File(path, "a") as file:
+        file.attrs["format_minor"] = 4
+        for name in ("terminal_load_ohm", "terminal_load_uncertainty_ohm"):
+            del file["wiring"].attrs[name]
+        seal(file)
+    wiring = store.load(path).wiring
+    assert (wiring.terminal_load_ohm, wiring.terminal_load_s) == (0.0, 0.0)
+    assert wiring.encoder_eccentricity_rad == capture.wiring.encoder_eccentricity_rad
 
 
 @pytest.mark.slow

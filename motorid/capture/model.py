@@ -157,6 +157,13 @@ class Wiring:
     encoder_eccentricity_rad: float = 0.0  # amplitude of its error once a turn of its own shaft
     reference_drift: float | None = None  # standard, relative, in a run; None: not declared
     reference_time_s: float = 0.0  # over which that drift sets in
+    terminal_load_ohm: float = 0.0  # across the motor, behind the current's sensor; 0: none
+    terminal_load_uncertainty_ohm: float = 0.0  # standard
+
+    @property
+    def terminal_load_s(self) -> float:
+        """S across the motor."""
+        return 1.0 / self.terminal_load_ohm if self.terminal_load_ohm else 0.0
 
 
 @dataclass(frozen=True)

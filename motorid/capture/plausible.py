@@ -54,6 +54,8 @@ WIRING: Mapping[str, Range] = {
     "encoder_eccentricity_rad": (0.0, 10.0),
     "reference_drift": (0.0, 1.0),
     "reference_time_s": (0.0, 1e9),
+    "terminal_load_ohm": (0.0, 1e12),
+    "terminal_load_uncertainty_ohm": (0.0, 1e12),
 }
 CONDITIONS: Mapping[str, Range] = {
     "clock_hz": CLOCK_HZ,

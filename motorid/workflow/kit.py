@@ -15,11 +15,15 @@ from motorid.workflow.kit_front_end import FARTHEST, made
 
 BOARDS = ("uno", "nano", "mega", "pico", "other")
 FAMILIES = {"uno": "uno", "nano": "uno", "mega": "mega", "pico": "pico"}  # of front ends
+DIVIDED = ("uno", "mega")  # families whose leads have a divider each
 SUPPLY_ROOM = 0.2  # of the supply: by which it may be off before the board trips
 SPEED_ROOM = 1.3  # of the no-load speed at the supply
 CURRENT_ROOM = 0.9  # of the current limit: the largest V/R of the program
 UNKNOWN_SPEED = 1000.0  # rad/s, where nobody tells the no-load speed
 LEVELS = (0.3, 0.5, 0.75)  # of the highest level
+# Dividers of an Uno's front end (docs/kit.md), 11.4 kohm each: driven forward the sensor's current
+# feeds one of them, and across an open motor both are in series.
+DIVIDERS_OHM, DIVIDERS_UNCERTAINTY_OHM = 15e3, 3e3
 
 
 @dataclass(frozen=True)
@@ -190,6 +194,12 @@ def _rig_text(
         if driver.drop_v
         else ""
     )
+    load = (
+        f"terminal_load_ohm = {DIVIDERS_OHM:g}        # the dividers, behind the current's sensor\n"
+        f"terminal_load_uncertainty_ohm = {DIVIDERS_UNCERTAINTY_OHM:g}\n"
+        if FAMILIES.get(said.board) in DIVIDED
+        else ""
+    )
     named = f"front_end = {_quoted(front_end_file)}   # facts of sensor and dividers\n"
     ohm = said.resistance_ohm
     known = "" if ohm is None else f"resistance_ohm = {ohm:g}\n"
@@ -206,7 +216,7 @@ encoder_reversed = {str(said.encoder_reversed).lower()}
 voltage_sense = "terminals"      # dividers at the motor's terminals
 bridge_resistance_ohm = {driver.ohm:g}     # both switches of the {said.driver}, typically
 bridge_resistance_uncertainty_ohm = {driver.ohm_uncertainty:g}
-{drop}supply_voltage_v = {said.supply_v:g}
+{drop}{load}supply_voltage_v = {said.supply_v:g}
 
 [limits]                         # the board trips beyond these and opens the bridge
 current_a = {most_a:g}

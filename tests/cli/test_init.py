@@ -43,6 +43,7 @@ def test_with_options_alone_the_files_are_written_and_nothing_moves(
     rig = load_rig("bench.toml")
     assert (rig.limits.current_a, rig.wiring.counts_per_turn) == (2.0, 2048)
     assert (rig.wiring.bridge_drop_v, rig.wiring.bridge_resistance_ohm) == (1.4, 1.15)
+    assert rig.wiring.terminal_load_ohm == 0.0  # nobody knows this board's front end
     assert load_front_end("bench-front-end.toml").facts["bridge"] == Bridge.BIPOLAR
     assert "the motor was not moved" in capsys.readouterr().out
     assert sorted(path.name for path in folder.iterdir()) == ["bench-front-end.toml", "bench.toml"]
@@ -183,6 +184,21 @@ def test_a_pico_is_set_up_for_its_own_rate_and_sensor(
     assert rig.sampling.rate_hz == 20_000
     assert (front_end.name, front_end.facts["bridge"]) == ("pico-ina240", Bridge.IN_IN)
     assert "V by a meter" not in capsys.readouterr().out  # an LM4040 is no supply
+
+
+@pytest.mark.parametrize("board", ["uno", "nano", "mega", "pico"])
+def test_the_dividers_behind_the_current_sensor_are_declared(board: str) -> None:
+    """10 kohm and what 1.54 kohm and 20 kohm side by side are, from each lead to ground."""
+    sensor = "pico-ina240" if board == "pico" else "acs712-05"
+    said = Answers(board, "x", "l298n", sensor, 64, 12.0, "a motor", 12.0)
+    wiring = kit.kit(said, "bench", "front.toml").rig.wiring
+    if board == "pico":  # an amplifier's inputs, of which no file says the ohms
+        assert wiring.terminal_load_ohm == 0.0
+        return
+    one = 10e3 + 1 / (1 / 1.54e3 + 1 / 20e3)
+    low, high = (wiring.terminal_load_ohm + k * wiring.terminal_load_uncertainty_ohm
+                 for k in (-2.0, 3.0))  # fmt: skip
+    assert low < one < 2 * one < high
 
 
 def test_a_measured_reference_scales_what_follows_it() -> None:

@@ -238,7 +238,10 @@ def unjudged(
         brushes=brushes,
         levels=measured_levels(named, curves, found.motor(), brushes),
         repeating=repeating_remarks.repeating(records, solution),
-        suspects=untold.suspects(found.undetected, solution),
+        suspects=(
+            *untold.suspects(found.undetected, solution),
+            *untold.terminal_load(records, parameters),
+        ),
     )
 
 

@@ -1,15 +1,26 @@
-"""Effects that these data say less of than what is usual, as suspects that are not excluded."""
+"""Effects that these data say less of than what is usual, as suspects that are not excluded.
+
+So is a resistor across the motor, behind the current's sensor, which leaves no trace at all.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from motorid.estimate.results.estimate import PARAMETERS, Suspect
+import numpy as np
+
+from motorid.capture.model import CURRENT
+from motorid.estimate.effects.bridge.terminal_load import TERMINAL_LOAD
+from motorid.estimate.effects.loaded_motor import loaded
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.results.estimate import PARAMETERS, Parameter, Suspect
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.undetected import Undetected
 
 WORTH_SAYING = 1e-3  # relative change of a parameter
 PLACES = 3  # a percentage with one decimal
+USUAL_OHM = 1e4  # across a motor: dividers of a board, a lamp
+LOADED = ("R", "K", "B")
 
 
 def suspects(undetected: Sequence[Undetected], solution: Solution) -> tuple[Suspect, ...]:
@@ -33,3 +44,35 @@ def suspects(undetected: Sequence[Undetected], solution: Solution) -> tuple[Susp
             code = name.replace(" ", "_")
             out.append(Suspect(code, name, evidence, one.quantity.remedy, "not excluded"))
     return tuple(out)
+
+
+def terminal_load(
+    records: Sequence[MotorRecord], parameters: Mapping[str, Parameter]
+) -> tuple[Suspect, ...]:
+    """A resistor across the motor that no rig declares: one, where a usual one would move a
+    parameter by its standard uncertainty and by what is worth saying.
+    """
+    known = [parameters[name].value for name in PARAMETERS if name in parameters]
+    stated = any(r.capture.wiring.terminal_load_ohm or r.block(CURRENT) is None for r in records)
+    if stated or len(known) < len(PARAMETERS) or any(value is None for value in known):
+        return ()
+    motor = np.array([float(value or 0.0) for value in known])
+    moved = loaded(motor, PARAMETERS, 1.0 / USUAL_OHM) - motor
+    said = []
+    for name in LOADED:
+        p, by = parameters[name], -float(moved[PARAMETERS.index(name)])
+        worth = p.status.measured and p.value and abs(by) > WORTH_SAYING * p.value
+        if worth and abs(by) > (p.total or 0.0):
+            said.append(f"{name} by {by / (p.value or 1.0):+.1%}")
+    if not said:
+        return ()
+    evidence = (
+        "these data cannot reveal a resistor across the motor, behind the current's sensor, of "
+        f"which no rig says anything: {1e-3 * USUAL_OHM:.0f} kohm would change {', '.join(said)}"
+    )
+    code = TERMINAL_LOAD.name.replace(" ", "_")
+    action = (
+        "measure across the motor's wires with the motor unplugged, and declare what is there "
+        "(terminal_load_ohm of the rig)"
+    )
+    return (Suspect(code, "motor terminals", evidence, action, "not excluded"),)

@@ -119,7 +119,7 @@ def series(
     full = record.readings(values, own)
     for k, m in enumerate(record.measured):
         if m.block.name in names and not m.unsigned:
-            yield k, full[m.row] * (record.motor(values)[2] if m.block.name == EMF else 1.0)
+            yield k, full[m.row] * (record.emf_constant(values) if m.block.name == EMF else 1.0)
 
 
 def current_of(record: MotorRecord, values: Floats, own: Floats) -> Floats | None:

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.estimate.effects.loaded_motor import loaded
 from motorid.estimate.signals.time_grid import Part
 from motorid.motor.reading import Stretch
 
@@ -20,7 +21,8 @@ LEFT = 1e-3  # of it, whatever else takes from it
 
 @dataclass
 class Setup:
-    """One run; actions change it. Every number of it is beside what is declared and judged.
+    """One run; actions change it. Every number of it is beside what is declared and judged, but for
+    ``load_s``, the whole conductance (S) across the motor.
 
     ``volts`` (count,) V are added to the source. ``kicks`` (rad/s) by part, ``late_s`` and
     ``filter_s`` by block, ``motor`` by parameter. ``second_s`` by block: the root of what s² has in
@@ -29,6 +31,7 @@ class Setup:
 
     count: int
     initial: list[float]
+    load_s: float = 0.0
     volts: Floats | float = 0.0
     kicks: dict[int, float] = field(default_factory=dict)
     late_s: dict[str, float] = field(default_factory=dict)
@@ -53,7 +56,7 @@ class Setup:
             self.volts[where] += volts
 
     def onto(self, motor: Floats, names: Sequence[str]) -> Floats:
-        """The parameters, to which is added in place what quantities add to them.
+        """The parameters as readings show them, with what quantities add to them (in place).
 
         Of a resistance, an inductance or an inertia some is left, however much they take: no motor
         is without it, and no response. A fit of readings that no motor gives may end where a
@@ -63,7 +66,11 @@ class Setup:
             k = names.index(name)
             least = LEFT * motor[k] if name in NEVER_NONE else -np.inf
             motor[k] = max(motor[k] + more, least)
-        return motor
+        return self.loaded(motor, names)
+
+    def loaded(self, motor: Floats, names: Sequence[str]) -> Floats:
+        """The parameters as readings show them beside the conductance across the motor."""
+        return loaded(motor, names, self.load_s)
 
     def early(self, jumps: int) -> list[float]:
         """How early every one of so many jumps of a log came, (jumps,)."""
@@ -223,6 +230,13 @@ class MotorParameter(Simulated):
 
     def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
         setup.motor[self.name] = setup.motor.get(self.name, 0.0) + size
+
+
+class Loading(Simulated):
+    """S across the motor's terminals, behind the current's sensor."""
+
+    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
+        setup.load_s += size
 
 
 class LogTime(Simulated):

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from motorid.estimate.effects.bridge.pulse_distortion import PULSE_DISTORTION
 from motorid.estimate.effects.bridge.supply_path import SUPPLY_PATH
+from motorid.estimate.effects.bridge.terminal_load import TERMINAL_LOAD
 from motorid.estimate.effects.friction.friction_by_direction import FRICTION_BY_DIRECTION
 from motorid.estimate.effects.friction.load_friction import LOAD_FRICTION
 from motorid.estimate.effects.friction.quadratic_friction import QUADRATIC_FRICTION
@@ -119,6 +120,7 @@ CAPTURED = (
     DUTY_OF_VOLTS,
     DIODE_DROPS,
     WIRING_RESISTANCE,
+    TERMINAL_LOAD,
     EDDIES_IN_PULSES,
     # lines of the budget by what is usual, as far as the readings leave them open
     LOAD_FRICTION,

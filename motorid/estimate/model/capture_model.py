@@ -14,6 +14,7 @@ from motorid.errors import DataError
 from motorid.estimate.effects.action import Setup
 from motorid.estimate.effects.brush_and_heating import Loss
 from motorid.estimate.effects.influence_quantity import Instance, Use
+from motorid.estimate.effects.loaded_motor import loaded
 from motorid.estimate.effects.rotor.repeating import STEADY
 from motorid.estimate.effects.source.held_inductance import Foretold
 from motorid.estimate.effects.source_noise import SourceNoise
@@ -194,8 +195,7 @@ class MotorRecord(Weighed):
         Those that were no unknowns are the last ones.
         """
         self.found |= found.keys()
-        pairs = dict(zip(self.instances, self.unknowns, strict=True))
-        self._take({**pairs, **found}.items())
+        self._take({**dict(zip(self.instances, self.unknowns, strict=True)), **found}.items())
 
     def go_on(self, other: MotorRecord, own: Floats) -> None:
         """Have the unknowns of another record of the same readings, and begin where it ended."""
@@ -249,7 +249,8 @@ class MotorRecord(Weighed):
         loss = self.loss
         volts = self.volts if loss is None else self.volts - loss.volts(self._losing(own))
         over = self.respond(self.timeline.period_s, volts, outputs, self.stretches)
-        found = over(self.motor(shared), self.setup(own).initial)
+        setup = self.setup(own)
+        found = over(setup.loaded(self.motor(shared), self.names), setup.initial)
         self.simulated += over.worth
         return found
 
@@ -291,11 +292,11 @@ class MotorRecord(Weighed):
 
     def emf_constant(self, shared: Floats) -> float:
         """V·s/rad that an open bridge shows."""
-        return float(self.motor(shared)[2])
+        return float(loaded(self.motor(shared), self.names, self.capture.wiring.terminal_load_s)[2])
 
     def setup(self, own: Floats, more: Sizes = NOTHING) -> Setup:
         """One run with its own unknowns and what else is said of its quantities."""
-        setup = Setup(self.timeline.count, [0.0] * self.states)
+        setup = Setup(self.timeline.count, [0.0] * self.states, self.capture.wiring.terminal_load_s)
         for one, size in (*zip(self.instances, own.tolist(), strict=True), *more.items()):
             for action in one.quantity.acts:
                 action(setup, self, one.place, size)

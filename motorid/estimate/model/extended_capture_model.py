@@ -120,7 +120,8 @@ class WideRecord(MotorRecord):
         assert isinstance(self.response, WideResponse)
         if self._repeats:
             self.locate(shared, own)
-        self.response.plan(self.motor(shared), self.setup(own).initial)
+        setup = self.setup(own)
+        self.response.plan(setup.loaded(self.motor(shared), NAMES), setup.initial)
         self._steps = self.response.levels
         self.standing.at_hand.clear()
 
@@ -173,8 +174,7 @@ class WideRecord(MotorRecord):
 
     def emf_constant(self, shared: Floats) -> float:
         """V·s/rad that an open bridge shows."""
-        values = self.motor(shared)
-        return float(values[PLACE["K"]] * (1.0 + values[PLACE["d_Ke"]]))
+        return super().emf_constant(shared) * (1.0 + float(self.motor(shared)[PLACE["d_Ke"]]))
 
     def angle(self, shared: Floats, own: Floats) -> Floats:
         """The rotor's (count,), rad from the first tick: as measured, else the model's."""
@@ -183,7 +183,8 @@ class WideRecord(MotorRecord):
         over = self.respond(
             self.timeline.period_s, self.volts, [Output(Quantity.POSITION)], self.stretches
         )
-        return np.asarray(over(self.motor(shared), self.setup(own).initial)[0])
+        setup = self.setup(own)
+        return np.asarray(over(setup.loaded(self.motor(shared), NAMES), setup.initial)[0])
 
 
 assert NAMES[: len(PARAMETERS)] == PARAMETERS

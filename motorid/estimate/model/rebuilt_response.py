@@ -97,7 +97,7 @@ def extended(record: Driven, motor: Floats, setup: Setup) -> Floats:
     """
     wider, initial = np.zeros(len(NAMES)), [*setup.initial, *AT_REST[record.states :]]
     wider[: len(motor)] = motor
-    setup.onto(wider, NAMES)
+    wider = setup.onto(wider, NAMES)
     response, state = rebuilt(record, setup, WideResponse), np.array(initial)
     assert isinstance(response, WideResponse)
     if record.planned is not None and record.planned.serve(wider, state, record.volts):

@@ -55,7 +55,7 @@ class RepeatingResponse:
         self.record, self._at = record, (shared, own)
         self._setup = setup = record.setup(own)
         self._motor = np.zeros(len(NAMES))
-        self._motor[: len(SIX)] = record.motor(shared)
+        self._motor[: len(SIX)] = setup.loaded(record.motor(shared), SIX)
         self._initial = [*setup.initial, *AT_REST[record.states :]]
         response = rebuilt(record, setup, WideResponse)
         assert isinstance(response, WideResponse)

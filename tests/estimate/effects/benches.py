@@ -168,10 +168,16 @@ def instants() -> Capture:
     return replace(capture, channels={**capture.channels, CURRENT: current})
 
 
+def loaded() -> Capture:
+    """A resistor lies across the motor, behind the current's sensor."""
+    capture = measured()
+    return replace(capture, wiring=replace(capture.wiring, terminal_load_ohm=500.0))
+
+
 BENCHES = {
     f.__name__: f
     for f in (measured, diodes, pulses, commanded, noisy_source, log, held_log, filtered, moving,
-              unstated, instants, stepped, sampled, bipolar)
+              unstated, instants, stepped, sampled, bipolar, loaded)
 }  # fmt: skip
 
 
