@@ -264,7 +264,8 @@ def accused(
     odd: int | None = None,
 ) -> tuple[tuple[Suspect, ...], rank.Convicted | None]:  # fmt: skip
     monkeypatch.setattr(rank, "direct", lambda _: list(seen))
-    monkeypatch.setattr(rank.unstated_channels, "suspects", lambda *_: [])
+    for fitted in (rank.unstated_channels, rank.pulse_distortion):
+        monkeypatch.setattr(fitted, "suspects", lambda *_: [])
     records: Any = ["one", "two", "three"]
     some = records if odd is None else records[odd : odd + 1]
     monkeypatch.setattr(rank, "_odd_one_out", lambda *_: (some, solution(), odd))

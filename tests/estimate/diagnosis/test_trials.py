@@ -240,12 +240,12 @@ def test_responses_are_of_channels_with_a_sign_and_in_their_unit() -> None:
         SimpleNamespace(block=SimpleNamespace(name=SPEED), unsigned=True, row=1),
         SimpleNamespace(block=SimpleNamespace(name=EMF), unsigned=False, row=1),
     ]
-    one = record(measured=measured, readings=lambda *_: rows, motor=lambda _: (2.0, 1e-3, 0.05))
+    one = record(measured=measured, readings=lambda *_: rows, emf_constant=lambda _: 0.05)
     none = np.zeros(1)
     found = list(fault.series(one, none, none, CURRENT, SPEED, EMF))
     assert [k for k, _ in found] == [0, 2]
     assert found[0][1] == pytest.approx([1.0, 2.0])
     assert found[1][1] == pytest.approx([0.15, 0.2])
     assert fault.current_of(one, none, none) == pytest.approx([1.0, 2.0])
-    bare = record(measured=measured[1:], readings=lambda *_: rows, motor=lambda _: (0, 0, 0.05))
+    bare = record(measured=measured[1:], readings=lambda *_: rows, emf_constant=lambda _: 0.05)
     assert fault.current_of(bare, none, none) is None
