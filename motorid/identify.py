@@ -119,13 +119,13 @@ def _fit(
         return mechanical_fit.fit(captures, fix=known, without=without)
     _check(known, without)
     from motorid.estimate.partial import electrical_only, locked_rotor
-    from motorid.estimate.selection import entry
+    from motorid.estimate.selection import entry, without_motion
     from motorid.estimate.signals.log_sections import pieces
 
     captures = locked_rotor.without_constant_motion(captures)
     if electrical_only.suits(captures):
         _insist_on_six(model)
-        return electrical_only.fit(pieces(captures), known, without)
+        return without_motion.fit(pieces(captures), known, without)
     at_rest = (
         locked_rotor.without_motion(captures, known, without) if model in (SIX, AUTO) else None
     )

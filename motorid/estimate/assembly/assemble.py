@@ -163,13 +163,14 @@ def judged(
         findings = reach.of_lack(findings, found, records, solution, estimate.parameters)
     estimate = replace(
         estimate,
-        suspects=(*(_renamed(one, names) for one in found), *estimate.suspects),
-        diagnostics=tuple(_renamed(one, names) for one in findings),
+        suspects=(*(renamed(one, names) for one in found), *estimate.suspects),
+        diagnostics=tuple(renamed(one, names) for one in findings),
     )
     return doubt.settled(estimate, (*estimate.suspects, *estimate.diagnostics))
 
 
-def _renamed(finding: Finding, names: Mapping[str, str]) -> Finding:
+def renamed(finding: Finding, names: Mapping[str, str]) -> Finding:
+    """With the moves of what stands in the place of parameters."""
     return replace(finding, moves={names.get(n, n): move for n, move in finding.moves.items()})
 
 

@@ -22,14 +22,14 @@ FEWEST_RUNS = 3  # that show how runs differ
 
 @dataclass(frozen=True)
 class Regression:
-    """Coefficients by COLUMNS and what is known of them.
+    """Coefficients by COLUMNS, and of further terms behind them, and what is known of them.
 
     ``covariance`` is over all columns: 0 for those that were not wanted, and for those at a bound
     the variance that they would have without it. ``freedom`` is the number of blocks less one:
     the degrees of freedom of Student's t.
     """
 
-    coefficients: Floats  # (4,)
+    coefficients: Floats  # (4,) or more
     covariance: Floats  # (4, 4)
     free: Bools  # (4,)
     at_bound: Bools  # (4,)
@@ -42,6 +42,21 @@ class Regression:
     def sigma(self) -> Floats:
         """Standard uncertainties, shape (4,)."""
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+
+    def plain(self) -> Regression:
+        """Of COLUMNS alone, as uncertain as beside the further terms."""
+        n = len(COLUMNS)
+        return replace(
+            self, coefficients=self.coefficients[:n], covariance=self.covariance[:n, :n],
+            free=self.free[:n], at_bound=self.at_bound[:n],
+            rows=replace(self.rows, matrix=self.rows.matrix[:, :n]),
+        )  # fmt: skip
+
+    def widened(self, *moves: Floats) -> Regression:
+        """As uncertain as independent moves (4,) of its free coefficients make it."""
+        free = [np.where(self.free, move, 0.0) for move in moves]
+        more = sum((np.outer(move, move) for move in free), np.zeros_like(self.covariance))
+        return replace(self, covariance=self.covariance + more)
 
 
 def solve(rows: Rows, wanted: Bools, known: Floats, half_width_s: float) -> Regression:
@@ -62,7 +77,7 @@ def solve(rows: Rows, wanted: Bools, known: Floats, half_width_s: float) -> Regr
         known = np.where(bound, 0.0, known)
         values, covariance = _estimate(rows, labels, free, known)
     covariance[bound, bound] = unbounded[bound]
-    covariance = _at_least(covariance, _between_runs(rows, free, known))
+    covariance = at_least(covariance, _between_runs(rows, free, known))
     return Regression(
         coefficients=values,
         covariance=covariance,
@@ -102,11 +117,11 @@ def _between_runs(rows: Rows, free: Bools, known: Floats) -> Floats:
     """Covariance by leaving out one run at a time; 0 where there are too few runs to tell."""
     runs = len(np.unique(rows.capture))
     if runs < FEWEST_RUNS:
-        return np.zeros((len(COLUMNS), len(COLUMNS)))
+        return np.zeros((len(free), len(free)))
     return _estimate(rows, rows.capture, free, known)[1]
 
 
-def _at_least(covariance: Floats, other: Floats) -> Floats:
+def at_least(covariance: Floats, other: Floats) -> Floats:
     """The covariance, widened where the other has the larger variance."""
     mine, theirs = np.diag(covariance), np.diag(other)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -131,7 +146,7 @@ def blocks(rows: Rows) -> NDArray[np.int64]:
 
 
 def choose_width(
-    candidates: Sequence[float], fit: Callable[[float], Regression | None]
+    candidates: Sequence[float], fit: Callable[[float], Regression | None], settled: bool = False
 ) -> Regression | None:
     """The answer at the bump width that knows the parameters best, with that choice's own share.
 
@@ -139,20 +154,30 @@ def choose_width(
     channels and what the model leaves out at high frequency. The least product of jackknife
     uncertainties wins. Where the model is right, half and double the width agree within that; where
     it is not, the answer moves, and its movement is added to the covariance (lack of fit).
+    ``settled``: the movement counts in the choice as well.
     """
     found = [one for one in map(fit, sorted(candidates)) if one is not None]
     if not found:
         return None
     most = max(one.freedom for one in found)
     fair = [index for index, one in enumerate(found) if 2 * one.freedom >= most]
-    best = min(fair, key=lambda index: _log_uncertainty(found[index]))
-    chosen = found[best]
-    beside = [found[index] for index in (best - 1, best + 1) if 0 <= index < len(found)]
-    moved = np.array([one.coefficients - chosen.coefficients for one in beside]).reshape(-1, 4)
+    if settled:
+        return min((_with_move(found, index) for index in fair), key=_log_uncertainty)
+    return _with_move(found, min(fair, key=lambda index: _log_uncertainty(found[index])))
+
+
+def _with_move(found: Sequence[Regression], index: int) -> Regression:
+    """One of these widths, as uncertain as its neighbours are elsewhere."""
+    chosen = found[index]
+    beside = [found[k] for k in (index - 1, index + 1) if 0 <= k < len(found)]
+    moved = np.array([one.coefficients - chosen.coefficients for one in beside])
+    moved = moved.reshape(len(beside), len(chosen.coefficients))
     shift = np.where(chosen.free, 1.0, 0.0) * moved
     extra = shift.T @ shift / max(len(beside), 1)
     return replace(chosen, covariance=chosen.covariance + extra)
 
 
 def _log_uncertainty(one: Regression) -> float:
-    return float(np.log(np.maximum(one.sigma[one.free | one.at_bound], 1e-300)).sum())
+    """Of the coefficients by COLUMNS: further terms only help these."""
+    sought = (one.free | one.at_bound)[: len(COLUMNS)]
+    return float(np.log(np.maximum(one.sigma[: len(COLUMNS)][sought], 1e-300)).sum())

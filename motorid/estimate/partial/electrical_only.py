@@ -7,16 +7,25 @@ tells the others. The whole likelihood is used, with K held at 1.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, VOLTAGE, Capture
 from motorid.errors import DataError, UsageError
-from motorid.estimate.assembly.assemble import UNCHANGED, accused, judged, uncertain, unjudged
+from motorid.estimate.assembly.assemble import (
+    UNCHANGED,
+    accused,
+    judged,
+    renamed,
+    uncertain,
+    unjudged,
+)
+from motorid.estimate.assembly.doubt import settled
 from motorid.estimate.diagnosis import identifiability
 from motorid.estimate.diagnosis.remarks import budget
+from motorid.estimate.effects.friction.windage import WINDAGE
 from motorid.estimate.fit import joint_fit, multistart
 from motorid.estimate.fit.parameter_bounds import held_values, merged, searched
 from motorid.estimate.model.capture_model import MotorRecord
@@ -24,8 +33,11 @@ from motorid.estimate.partial import locked_rotor as rotor
 from motorid.estimate.results.estimate import UNITS, Diagnostic, Estimate
 from motorid.estimate.results.status import Status
 from motorid.estimate.solver.problem import Solution
-from motorid.estimate.uncertainty.intervals import unknown
+from motorid.estimate.uncertainty.intervals import Findings, unknown
 
+Better = Callable[
+    [Estimate, Sequence[MotorRecord], Findings, Mapping[str, float], Sequence[str],
+     Mapping[str, str]], Sequence[Diagnostic]]  # fmt: skip
 POWERS = {"K": 1, "B": 2, "J": 2, "T0": 1}  # of K's scale in each parameter
 RATIOS = {"J": ("J/K²", "A·s/V"), "B": ("B/K²", "A/V"), "T0": ("T0/K", "A")}  # with V = N·m/A·rad/s
 COMBINED = {name: ratio for name, (ratio, _) in RATIOS.items()}
@@ -45,9 +57,15 @@ def _lacks_motion(capture: Capture) -> bool:
     return CURRENT in names and bool(names & {VOLTAGE, SUPPLY}) and not names & {SPEED, POSITION}
 
 
-def fit(captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence[str]) -> Estimate:
+def fit(
+    captures: Sequence[Capture],
+    fix: Mapping[str, float],
+    without: Sequence[str],
+    better: Better | None = None,
+) -> Estimate:
     """R, L and the combinations; all six where ``fix`` holds one of K, J, B and T0.
 
+    ``better``: what better models say of the values, where no channel is accused.
     Raises UsageError where it holds more of these, DataError as ``motor_fit.fit``.
     """
     given = [name for name in POWERS if name in fix]
@@ -68,13 +86,43 @@ def fit(captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence
         values = merged(held_values(held, without), solution)
         held = dict(fix)
         records, solution = _on_scale(captures, held, without, given[0], values)
-    doubts = uncertain(records, solution, held, without)
-    found = unjudged(captures, records, doubts, held, without)
-    if not given:
-        found = _open(found)
+    doubts = _with_windage(uncertain(records, solution, held, without))
+    scaled = unjudged(captures, records, doubts, held, without)
+    found = scaled if given else _open(scaled)
     found = replace(found, options={**found.options, "fix": dict(fix)})
     said = accused(found, records, solution)
-    return judged(found, records, solution, said, UNCHANGED if given else COMBINED)
+    names = UNCHANGED if given else COMBINED
+    found = judged(found, records, solution, said, names)
+    if better is None or said.worst is not None or _accuses(found):
+        return found
+    more = better(scaled, records, doubts, held, without, names)
+    more = [
+        replace(renamed(one, names), sides={names.get(n, n): s for n, s in one.sides.items()})
+        for one in more
+    ]
+    return replace(settled(found, more), diagnostics=(*more, *found.diagnostics))
+
+
+def _with_windage(doubts: Findings) -> Findings:
+    """With a line for a load that grows with the square of speed where the readings hardly tell it:
+    without a motion it looks like more B and less T0.
+    """
+    untold = [
+        one for one in doubts.undetected
+        if one.quantity is WINDAGE and one.untold and not one.seen
+    ]  # fmt: skip
+    return replace(
+        doubts,
+        causes={**doubts.causes, **{one.quantity.name: one.shift for one in untold}},
+        undetected=tuple(
+            one for one in doubts.undetected if all(one is not other for other in untold)
+        ),
+    )
+
+
+def _accuses(found: Estimate) -> bool:
+    """Some channel is named, and the fit does not allow for it."""
+    return any(one.strength == "named" and not one.allowed for one in found.suspects)
 
 
 def _insist_on_current(captures: Sequence[Capture]) -> None:

@@ -24,6 +24,7 @@ from motorid.estimate.partial import (
     mechanical_results,
     modulating_functions,
     open_circuit_coastdown,
+    square_of_speed,
     steady_state_table,
     step_response,
     unstated_lag,
@@ -102,14 +103,27 @@ def fit(
             "the motor does not turn steadily one way for long enough in these captures: "
             f"at least {FEWEST_ROWS} bumps of {NARROWEST} samples are needed; capture a longer run"
         )
-    lag = unstated_lag.allowed_for(
-        moving, drive, motions, best, lambda others: _regress(others, wanted, values)
+    timing = unstated_lag.looked_for(
+        moving, drive, motions, best, lambda others, terms: _regress(others, wanted, values, terms)
     )
-    best, said = lag or (best, None)
-    findings = mechanical_remarks.find(moving, motions, best, said)
+    motions = list(timing.motions)
+
+    def beside(terms: Sequence[str]) -> Regression | None:
+        return _regress(motions, wanted, values, (*terms, *timing.terms), settled=True)
+
+    best = timing.of((beside(()) if timing.terms else None) or best)
+    square = square_of_speed.looked_for(drive, best, beside)
+    best = best.widened(*square.moves)
+    findings = mechanical_remarks.find(moving, motions, best, timing.said)
     if len(moving) < len(captures):
         findings = (mechanical_remarks.standing_still(len(captures) - len(moving)), *findings)
-    return mechanical_results.estimate(moving, motions, best, drive, known, without, findings)
+
+    def told(found: Regression) -> Estimate:
+        return mechanical_results.estimate(moving, motions, found, drive, known, without, findings)
+
+    if square.wider is None:
+        return told(best)
+    return square_of_speed.named(told(best), told(timing.of(square.wider)))
 
 
 def _beside(found: Estimate, still: int) -> Estimate:
@@ -197,21 +211,39 @@ def _widths(motions: Sequence[Motion]) -> list[float]:
     return [narrow * 2.0**octave for octave in range(octaves + 1)]
 
 
-def _regress(motions: Sequence[Motion], wanted: Bools, values: Floats) -> Regression | None:
-    """The regression at the best width; where the drive is a magnitude, with its sign restored."""
-    if not any(motion.unsigned for motion in motions):
-        return choose_width(_widths(motions), lambda h: _at_width(motions, wanted, values, h))
-    signed = [_with_sign(motion) for motion in motions]
-    return choose_width(_widths(motions), lambda h: _with_sure_signs(signed, wanted, values, h))
+def _regress(
+    motions: Sequence[Motion],
+    wanted: Bools,
+    values: Floats,
+    terms: Sequence[str] = (),
+    settled: bool = False,
+) -> Regression | None:
+    """The regression at the best width; where the drive is a magnitude, with its sign restored.
+
+    ``terms``: further ones, which are free. ``settled``: as of ``choose_width``.
+    """
+    if terms:
+        wanted = np.r_[wanted, np.ones(len(terms), dtype=np.bool_)]
+        values = np.r_[values, np.zeros(len(terms))]
+    at_width = _at_width
+    if any(motion.unsigned for motion in motions):
+        motions, at_width = [_with_sign(motion) for motion in motions], _with_sure_signs
+    return choose_width(
+        _widths(motions), lambda h: at_width(motions, wanted, values, h, terms), settled
+    )
 
 
 def _at_width(
-    motions: Sequence[Motion], wanted: Bools, values: Floats, half_width_s: float
+    motions: Sequence[Motion],
+    wanted: Bools,
+    values: Floats,
+    half_width_s: float,
+    terms: Sequence[str] = (),
 ) -> Regression | None:
     rows = modulating_functions.build(motions, half_width_s)
     if len(rows) < FEWEST_ROWS:
         return None
-    return solve(rows, wanted, values, half_width_s)
+    return solve(rows.beside(*terms), wanted, values, half_width_s)
 
 
 def _with_sign(motion: Motion) -> Motion:
@@ -222,7 +254,11 @@ def _with_sign(motion: Motion) -> Motion:
 
 
 def _with_sure_signs(
-    motions: Sequence[Motion], wanted: Bools, values: Floats, half_width_s: float
+    motions: Sequence[Motion],
+    wanted: Bools,
+    values: Floats,
+    half_width_s: float,
+    terms: Sequence[str] = (),
 ) -> Regression | None:
     """Keeps the rows where the model itself says that the drive had the sign of the speed.
 
@@ -231,6 +267,7 @@ def _with_sure_signs(
     rows = modulating_functions.build(motions, half_width_s)
     if len(rows) < FEWEST_ROWS:
         return None
+    rows = rows.beside(*terms)
     least = SURE_SIGN * max(noise(motion.drive[_turning(motion)]) for motion in motions)
     sign = np.sign(rows.matrix[:, 2])
     keep = sign * rows.matrix[:, 0] >= -np.abs(rows.matrix[:, 0]).max() * 0.1  # first: no braking

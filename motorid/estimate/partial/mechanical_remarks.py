@@ -29,8 +29,8 @@ def find(
     best: Regression,
     lag: Diagnostic | None = None,
 ) -> tuple[Diagnostic, ...]:
-    """Findings about the data and the fit, the gravest first; ``lag`` explains a lack of fit."""
-    lacks = _lack_of_fit(motions, best) if lag is None else [lag]
+    """Findings about the data and the fit, the gravest first; ``lag``: what the balance has."""
+    lacks = [*_lack_of_fit(motions, best), *([lag] if lag is not None else [])]
     found = [*lacks, *_slow_sampling(motions), *_unsigned(motions)]
     return (*found, *of_captures(captures))
 

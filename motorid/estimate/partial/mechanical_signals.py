@@ -48,6 +48,7 @@ class Motion:
 
     ``time_s`` and ``drive`` have shape (n,); ``turned`` (n − 1,) is the angle from each sample to
     the next. Samples at which ``broken`` (n − 1,) is true are not joined to the next: a gap.
+    ``drive_late_s``: by how much the drive acts later than straight lines between its readings.
     """
 
     time_s: Floats
@@ -63,6 +64,7 @@ class Motion:
     angle_quantum: float  # of the position, where no speed was measured
     drive_quantum: float
     aperture_s: float  # the longest that went into either side
+    drive_late_s: float = 0.0
 
     @cached_property
     def middle_s(self) -> Floats:

@@ -7,7 +7,8 @@ and integrated by parts,
 
 which is linear in a, b, c, d and differentiates no measurement (modulating functions; M. Shinbrot,
 Trans. ASME 79, 1957). The drive (current, torque, volts) is noisy and stands alone on the left, so
-that its noise does not bias the coefficients; the noise of the speed is averaged over the bump.
+that its noise does not bias the coefficients; the noise of the speed is averaged over the bump. One
+that acts later by τ than its readings say has −τ ∫ φ' drive dt besides: a column for that delay.
 Bumps are raised cosines a half-width apart, whole ones only: [φ ω] is then what little of a bump
 lies between its end and the nearest sample.
 """
@@ -15,7 +16,7 @@ lies between its end and the nearest sample.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,8 @@ from motorid.estimate.partial.mechanical_signals import Motion, Stretch
 Floats = NDArray[np.float64]
 
 COLUMNS = ("inertia", "viscous", "coulomb", "offset")
+SQUARE, LATE = "square", "late"
+TERMS = (SQUARE, LATE)  # that a balance may have beside: ω |ω| over the top speed, a delay in s
 FEWEST_SAMPLES = 4  # that a bump must cover
 
 
@@ -33,6 +36,7 @@ class Rows:
     """Rows of a linear regression, each divided by (∫φ² dt)½, so that white noise weighs all alike.
 
     ``shapes`` are further regressors, tried on residuals: the same bumps over functions of ω.
+    ``late`` is what a second would add by which the drive acts later than it was taken to.
     """
 
     matrix: Floats  # (n, 4): by COLUMNS
@@ -42,6 +46,7 @@ class Rows:
     stretch: NDArray[np.int64]  # (n,): which stretch of motion the row is from
     capture: NDArray[np.int64]  # (n,)
     shapes: Floats  # (n, len(SHAPES))
+    late: Floats  # (n,)
 
     def __len__(self) -> int:
         return len(self.drive)
@@ -49,6 +54,14 @@ class Rows:
     def only(self, keep: NDArray[np.bool_]) -> Rows:
         """Those rows."""
         return Rows(*(getattr(self, name)[keep] for name in self.__dataclass_fields__))
+
+    def beside(self, *terms: str) -> Rows:
+        """With columns for TERMS behind those of COLUMNS."""
+        if not terms:
+            return self
+        known = {SQUARE: self.shapes[:, 0], LATE: self.late}
+        more = [known[term] for term in terms]
+        return replace(self, matrix=np.column_stack([self.matrix, *more]))
 
 
 SHAPES = (
@@ -78,7 +91,7 @@ def build(motions: Sequence[Motion], half_width_s: float) -> Rows:
     if not found:
         none, no_number = np.zeros(0), np.zeros(0, dtype=np.int64)
         shapes = np.zeros((0, len(SHAPES)))
-        return Rows(np.zeros((0, 4)), none, none, none, no_number, no_number, shapes)
+        return Rows(np.zeros((0, 4)), none, none, none, no_number, no_number, shapes, none)
     names = Rows.__dataclass_fields__
     return Rows(*(np.concatenate([getattr(rows, name) for rows in found]) for name in names))
 
@@ -105,13 +118,16 @@ def _of_stretch(
         np.full(n, number, dtype=np.int64),
         np.full(n, index, dtype=np.int64),
         np.array([line[4] for line in lines]).reshape(n, len(SHAPES)),
+        np.array([line[5] for line in lines]),
     )
 
 
 def _line(
     motion: Motion, stretch: Stretch, speed: Floats, centre: float, half: float
-) -> tuple[Floats, float, float, Floats] | None:
-    """One row: its regressors, drive, weight and shapes; None where a bump covers too little."""
+) -> tuple[Floats, float, float, Floats, float] | None:
+    """One row: its regressors, drive, weight, shapes and what a later drive would add; None where a
+    bump covers too little.
+    """
     time = motion.time_s
     ends = np.searchsorted(time, [centre - half, centre + half + 1e-12])
     a, b = max(int(ends[0]), stretch.start), min(int(ends[1]), stretch.stop)
@@ -122,7 +138,9 @@ def _line(
     phi_mid = 0.5 * (1 + np.cos(np.pi * (middle - centre) / half))
     slope_mid = -0.5 * np.pi / half * np.sin(np.pi * (middle - centre) / half)
     turned = motion.turned[a : b - 1]
-    drive = motion.drive[a:b] * phi
+    driven = _driven(motion, a, b, centre, half)
+    if driven is None:
+        return None
     area = float(step @ (phi[1:] + phi[:-1])) / 2
     scale = float(np.sqrt(step @ phi_mid**2))
     ends_term = phi[-1] * speed[b - 1] - phi[0] * speed[a]
@@ -132,7 +150,30 @@ def _line(
     )
     return (
         regressors / scale,
-        float(step @ (drive[1:] + drive[:-1])) / 2 / scale,
+        driven[0] / scale,
         area / scale,
         (shapes[:, 1:] + shapes[:, :-1]) @ step / 2 / scale,
+        driven[1] / scale,
     )
+
+
+def _driven(
+    motion: Motion, a: int, b: int, centre: float, half: float
+) -> tuple[float, float] | None:
+    """∫ φ drive dt and −∫ φ' drive dt: over the samples ``a`` to ``b`` of a bump or, where the
+    drive acts later or earlier, over those that then lie in it. None where some of these lack.
+    """
+    time, late = motion.time_s, motion.drive_late_s
+    if late:
+        begin, end = centre - half - late, centre + half - late
+        slack = motion.period_s
+        if begin < time[0] - slack or end > time[-1] + slack:
+            return None
+        a, b = map(int, np.searchsorted(time, [begin, end + 1e-12]))
+        if b - a < FEWEST_SAMPLES or motion.broken[a : b - 1].any():
+            return None
+    at, step = time[a:b] + late, np.diff(time[a:b])
+    phase = np.pi * (at - centre) / half
+    bump = 0.5 * (1 + np.cos(phase)) * motion.drive[a:b]
+    later = 0.5 * np.pi / half * np.sin(phase) * motion.drive[a:b]
+    return float(step @ (bump[1:] + bump[:-1])) / 2, float(step @ (later[1:] + later[:-1])) / 2

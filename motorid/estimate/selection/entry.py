@@ -12,6 +12,7 @@ from dataclasses import replace
 from motorid.capture.model import Capture
 from motorid.errors import DataError
 from motorid.estimate.assembly.assemble import answered
+from motorid.estimate.assembly.covering import covering, excluded
 from motorid.estimate.assembly.doubt import settled
 from motorid.estimate.assembly.lack_of_fit import with_lack
 from motorid.estimate.diagnosis import misfit, rank
@@ -34,7 +35,6 @@ from motorid.estimate.results.estimate import (
     TermTrial,
 )
 from motorid.estimate.results.status import Status
-from motorid.estimate.selection.covering import covering, excluded
 from motorid.estimate.selection.extended_fit import Fitted, finished
 from motorid.estimate.selection.extended_results import alternative, findings, stands_out
 from motorid.estimate.selection.forward_selection import Selection, Trial, select
@@ -123,18 +123,18 @@ def _answer(
         current().bound(MOST, STATED)
         chosen, narrow = looked_for(records, solution, held, reach(estimate.parameters))
         trials = tuple(_stated(trial) for trial in chosen.trials)
-        best, unsettled = _known(chosen, fix, without)
+        best, unsettled = standing_out(chosen, fix, without)
         estimate = _with_left_out(estimate, chosen, best[0] if best else None)
         if best is None:
             estimate = with_unsettled(_with_trials(estimate, trials), unsettled)
-            widest = _widest(known, chosen.harmless, fix, without)
+            widest = known_beside(known, chosen.harmless, fix, without)
             return with_seen(estimate, widest), records, solution
         fitted, found = best
         offered = {term.name for term in fitted.terms}
         trials = tuple(replace(t, taken=t.taken and t.term in offered) for t in trials)
     better = alternative(fitted, found, *narrow[:2], trials, asked=bool(terms))
     estimate = with_unsettled(_said(replace(estimate, alternative=better), fitted), unsettled)
-    widest = found if terms else _widest(found, chosen.harmless, fix, without)
+    widest = found if terms else known_beside(found, chosen.harmless, fix, without)
     return with_seen(estimate, widest), fitted.records, fitted.solution
 
 
@@ -186,8 +186,9 @@ def looked_for(
     solution: Solution,
     held: Mapping[str, float],
     matters: Mapping[str, float],
+    but: Sequence[Term] = (),
 ) -> tuple[Selection, Narrow]:
-    """The better model, if there is one, and the fit that it is held against.
+    """The better model, if there is one, and the fit that it is held against; ``but`` some terms.
 
     Every capture has unknowns of brushes and winding: other terms are looked for beside those. If
     none is found and they take what stands out, the terms that describe them are looked for. If
@@ -197,22 +198,23 @@ def looked_for(
     loss, anew = carry_loss(records), is_heavy(records, solution)
     if anew:
         narrow = _bare(records, narrow[2], held, None, anew)
-    found = select(*narrow, matters, ALLOWED if loss else ())
+    found = select(*narrow, matters, (*but, *(ALLOWED if loss else ())))
     if found.stages or not loss:
         return found, narrow
     if drop_gives(records, solution):
-        less, but = undropped, list(ALLOWED)
+        less, then = undropped, [*but, *ALLOWED]
     elif loss_stands_out(records, solution, matters):
-        less, but = lossless, [term for term in TERMS.values() if term not in ALLOWED]
+        others = [term for term in TERMS.values() if term not in ALLOWED]
+        less, then = lossless, [*but, *others]
     else:
         return found, narrow
     allowance = current()
     allowance.ended = False
     bare = _bare(records, narrow[2], held, less, anew) if allowance.has(0.0) else None
     if bare is None or allowance.ended:
-        more = tuple(term for term in TERMS.values() if term not in but)
+        more = tuple(term for term in TERMS.values() if term not in then)
         return replace(found, left_out=(*found.left_out, *more)), narrow
-    return _both(found, select(*bare, matters, but)), bare
+    return _both(found, select(*bare, matters, then)), bare
 
 
 def _both(found: Selection, then: Selection) -> Selection:
@@ -284,7 +286,7 @@ def reach(parameters: Mapping[str, Parameter]) -> dict[str, float]:
     return out
 
 
-def _known(
+def standing_out(
     chosen: Selection, fix: Mapping[str, float], without: Sequence[str]
 ) -> tuple[tuple[Fitted, Findings] | None, Sequence[Unsettled]]:
     """The widest of these fits in which the size of its last term stands out of all that is
@@ -307,7 +309,7 @@ def _known(
     return None, unsettled
 
 
-def _widest(
+def known_beside(
     found: Findings, harmless: Fitted | None, fix: Mapping[str, float], without: Sequence[str]
 ) -> Findings:
     """What a search knows beside a term that explains more and moves nothing, where something is

@@ -15,6 +15,7 @@ import numpy as np
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture
 from motorid.errors import DataError, UsageError
+from motorid.estimate.assembly.covering import covering
 from motorid.estimate.assembly.doubt import settled
 from motorid.estimate.fit import joint_fit
 from motorid.estimate.fit.parameter_bounds import merged
@@ -29,7 +30,6 @@ from motorid.estimate.results.estimate import (
     Estimate,
     TermTrial,
 )
-from motorid.estimate.selection.covering import covering
 from motorid.estimate.selection.entry import reach
 from motorid.estimate.selection.evidence import Evidence, weigh
 from motorid.estimate.selection.extended_fit import Fitted

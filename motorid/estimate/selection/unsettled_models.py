@@ -28,14 +28,19 @@ class Unsettled:
     values: Mapping[str, float]
 
 
-def with_unsettled(estimate: Estimate, models: Sequence[Unsettled]) -> Estimate:
-    """The estimate, whose intervals and whose better model's reach to the values of these."""
+def with_unsettled(
+    estimate: Estimate, models: Sequence[Unsettled], nameable: bool = True
+) -> Estimate:
+    """The estimate, whose intervals and whose better model's reach to the values of these.
+
+    ``nameable``: a person may ask for one of them by its name.
+    """
     if not models:
         return estimate
-    said = _said(estimate.parameters, models)
+    said = _said(estimate.parameters, models, nameable)
     if estimate.alternative is not None:
         better = estimate.alternative
-        beside = _said(better.parameters, models)
+        beside = _said(better.parameters, models, nameable)
         alone = replace(estimate, parameters=better.parameters, combinations={}, derived={},
                         budget={}, alternative=None)  # fmt: skip
         better = replace(better, parameters=settled(alone, beside).parameters)
@@ -71,7 +76,9 @@ def with_left_out(
     return replace(estimate, diagnostics=(*estimate.diagnostics, said))
 
 
-def _said(parameters: Mapping[str, Parameter], models: Sequence[Unsettled]) -> list[Diagnostic]:
+def _said(
+    parameters: Mapping[str, Parameter], models: Sequence[Unsettled], nameable: bool
+) -> list[Diagnostic]:
     """One finding of all models; none where no interval excludes theirs."""
     sides: dict[str, tuple[float, float]] = {}
     for name in PARAMETERS:
@@ -91,7 +98,8 @@ def _said(parameters: Mapping[str, Parameter], models: Sequence[Unsettled]) -> l
             "model_unsettled",
             "warning",
             f"the data speak for {titles}, but do not settle how much: that can move "
-            f"{', '.join(sides)}; {_remedy(name)}, or name it, as by --model {name}",
+            f"{', '.join(sides)}; {_remedy(name)}"
+            + (f", or name it, as by --model {name}" if nameable else ""),
             {name: max(pair) for name, pair in sides.items()},
             sides,
         )

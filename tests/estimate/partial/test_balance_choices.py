@@ -222,7 +222,7 @@ def test_one_magnitude_among_the_drives_restores_the_signs_of_all_that_need_it(
 ) -> None:
     ways: list[Any] = []
     motions: Any = [replace(motion(), unsigned=one) for one in unsigned]
-    monkeypatch.setattr(mechanical_fit, "choose_width", lambda _, at: at(0.1))
+    monkeypatch.setattr(mechanical_fit, "choose_width", lambda _, at, __: at(0.1))
     monkeypatch.setattr(mechanical_fit, "_at_width", lambda given, *_: ways.append(given))
     monkeypatch.setattr(
         mechanical_fit, "_with_sure_signs", lambda given, *_: ways.append(["signed", *given])

@@ -88,7 +88,11 @@ def test_each_width_is_regressed_with_what_is_wanted_and_known(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     asked: list[tuple[Any, ...]] = []
-    monkeypatch.setattr(mechanical_fit, "choose_width", lambda widths, at: [at(h) for h in widths])
+
+    def at_each(widths: Any, at: Any, _: bool) -> list[Any]:
+        return [at(h) for h in widths]
+
+    monkeypatch.setattr(mechanical_fit, "choose_width", at_each)
     for name in ("_at_width", "_with_sure_signs"):
         monkeypatch.setattr(mechanical_fit, name, lambda *given, n=name: asked.append((n, *given)))
     wanted, values, one = np.ones(4, dtype=bool), np.arange(4.0), motion()
@@ -97,8 +101,8 @@ def test_each_width_is_regressed_with_what_is_wanted_and_known(
         mechanical_fit._regress([given], wanted, values)
         widths = mechanical_fit._widths([given])
         assert len(asked) == len(widths) > 2
-        for (name, _, free, known, half), width in zip(asked, widths, strict=True):
-            assert (name, half) == (way, width)
+        for (name, _, free, known, half, terms), width in zip(asked, widths, strict=True):
+            assert (name, half, terms) == (way, width, ())
             assert free is wanted
             assert known is values
 

@@ -32,7 +32,7 @@ def rows(
         matrix, drive, ones, np.arange(float(count)),
         np.arange(count) // 5 if stretch is None else np.array(stretch),
         np.zeros(count, dtype=np.int64) if capture is None else np.array(capture),
-        np.zeros((count, 3)),
+        np.zeros((count, 3)), np.zeros(count),
     )  # fmt: skip
 
 
@@ -136,7 +136,7 @@ def test_three_runs_that_differ_widen_what_stretches_find_too_narrow(
 
 def test_a_variance_that_is_nothing_stays_nothing() -> None:
     mine, theirs = np.diag([4.0, 0.0, 1.0, 9.0]), np.diag([16.0, 5.0, 0.5, 0.0])
-    assert module._at_least(mine, theirs).tolist() == np.diag([16.0, 0.0, 1.0, 9.0]).tolist()
+    assert module.at_least(mine, theirs).tolist() == np.diag([16.0, 0.0, 1.0, 9.0]).tolist()
 
 
 def test_few_stretches_are_cut_in_halves_the_longest_first() -> None:
@@ -243,3 +243,29 @@ def test_the_movement_to_a_single_other_width_is_added_whole() -> None:
     assert chosen is not None
     assert chosen.coefficients is one.coefficients
     assert chosen.covariance == pytest.approx(one.covariance + np.outer(moved, moved))
+
+
+def test_where_it_is_asked_for_movement_counts_in_the_choice_of_width() -> None:
+    """The best known is far from both neighbours; the next agrees with its own."""
+    one = module.solve(rows(), ALL, np.zeros(4), 0.05)
+    places = {1.0: 0.0, 2.0: 1.0, 4.0: 1.0, 8.0: 1.0}
+    sizes = {1.0: 1.0, 2.0: 0.9, 4.0: 1.0, 8.0: 2.0}
+    found = {
+        h: replace(one, coefficients=np.full(4, 100.0 * places[h]), half_width_s=h,
+                   covariance=np.diag([sizes[h] ** 2] * 4)) for h in places
+    }  # fmt: skip
+    usual, settled = (choose_width(list(found), found.get, asked) for asked in (False, True))
+    assert usual is not None
+    assert settled is not None
+    assert (usual.half_width_s, settled.half_width_s) == (2.0, 4.0)
+    assert np.diag(settled.covariance) == pytest.approx([1.0] * 4)
+
+
+def test_further_terms_do_not_choose_the_width() -> None:
+    given = rows()
+    wide = replace(given, matrix=np.column_stack([given.matrix, given.late]))
+    one = module.solve(wide, np.ones(5, dtype=bool), np.zeros(5), 0.05)
+    assert one.covariance.shape == (5, 5)
+    sharp, vague = (replace(one, covariance=np.diag([1.0, 1.0, 1.0, 1.0, last]), half_width_s=last)
+                    for last in (1.0, 1e6))  # fmt: skip
+    assert module._log_uncertainty(sharp) == module._log_uncertainty(vague) == 0.0

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,9 @@ import pytest
 from motorid.capture.model import CURRENT, Channel
 from motorid.errors import DataError, UsageError
 from motorid.estimate.assembly.assemble import UNCHANGED
+from motorid.estimate.effects.friction.windage import WINDAGE
 from motorid.estimate.partial import electrical_only
-from motorid.estimate.results.estimate import Diagnostic
+from motorid.estimate.results.estimate import Diagnostic, Suspect
 from motorid.estimate.results.status import Status
 from tests.estimate.partial.test_rotor_routes import COUNT, REST, TURNS, log
 from tests.report.example import estimate, parameter
@@ -52,7 +54,8 @@ class Electrical:
             "rotor.still_motor": "still", "rotor.leaves_noise": stands, "rotor.estimate": "rotor",
             "joint_fit.solved": ("records", "solution"), "merged": "merged",
             "held_values": "held values", "_on_scale": ("scaled records", "scaled"),
-            "uncertain": "doubts", "unjudged": self.found, "accused": "said", "judged": "judged",
+            "uncertain": "few doubts", "_with_windage": "doubts", "unjudged": self.found,
+            "accused": "said", "judged": "judged",
         }  # fmt: skip
         self.opened = replace(self.found, model="opened")
         answers["_open"] = self.opened
@@ -121,6 +124,62 @@ def test_another_that_is_given_sets_the_scale(monkeypatch: pytest.MonkeyPatch) -
     assert parts.asked["_on_scale"] == [(BOTH, fix, ("B",), "J", "merged")]
     assert parts.asked["uncertain"] == [("scaled records", "scaled", fix, ("B",))]
     assert parts.asked["unjudged"] == [(BOTH, "scaled records", "doubts", fix, ("B",))]
+
+
+@pytest.mark.parametrize("fix", [{}, {"K": 0.05}])
+def test_better_models_are_asked_on_the_scale_that_was_fitted(
+    fix: dict[str, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    parts = Electrical(monkeypatch)
+    accused = SimpleNamespace(worst=None)
+    monkeypatch.setattr(electrical_only, "accused", lambda *_: accused)
+    judged = replace(parts.opened, combinations={"J/K²": parameter("J/K²", "A·s/V", 2.0)},
+                     parameters={"J": parameter("J", "kg·m²", 2.0)}, suspects=())  # fmt: skip
+    monkeypatch.setattr(electrical_only, "judged", lambda *_: judged)
+    said = Diagnostic("better_model", "warning", "a fan", {"J": 3.0}, {"J": (3.0, 1.0)})
+    asked: list[Any] = []
+
+    def better(*given: Any) -> list[Diagnostic]:
+        asked.append(given)
+        return [said]
+
+    found = electrical_only.fit(BOTH, fix, ("B",), better)
+    names = UNCHANGED if fix else electrical_only.COMBINED
+    held = {"K": fix.get("K", 1.0)}
+    assert asked == [(parts.found, "records", "doubts", held, ("B",), names)]
+    name = "J" if fix else "J/K²"
+    assert found.diagnostics[0].moves == {name: 3.0}
+    assert found.diagnostics[0].sides == {name: (3.0, 1.0)}
+    table = found.parameters if fix else found.combinations
+    assert table[name].status is Status.DOUBTFUL
+    accused.worst = "too much"
+    assert electrical_only.fit(BOTH, fix, ("B",), better) is judged
+    accused.worst = None
+    named = Suspect("current_lag", "current", "late", "state it", "named")
+    judged = replace(judged, suspects=(named,))
+    assert electrical_only.fit(BOTH, fix, ("B",), better) is judged
+    assert len(asked) == 1
+    judged = replace(judged, suspects=(replace(named, allowed=True),))
+    assert electrical_only.fit(BOTH, fix, ("B",), better) is not judged
+
+
+def test_a_fan_that_readings_hardly_tell_is_a_line_of_its_own() -> None:
+    def effect(quantity: Any, untold: bool = True, seen: float = 0.0) -> Any:
+        return SimpleNamespace(quantity=quantity, untold=untold, seen=seen, shift="shift")
+
+    @dataclass(frozen=True)
+    class Doubts:
+        undetected: Any
+        causes: Any
+
+    other = SimpleNamespace(name="another")
+    known: Any = Doubts([effect(WINDAGE), effect(other)], {"noise": 1.0})
+    wider = electrical_only._with_windage(known)
+    assert wider.causes == {"noise": 1.0, "quadratic load": "shift"}
+    assert [one.quantity for one in wider.undetected] == [other]  # nobody need be told of the fan
+    for one in (effect(WINDAGE, untold=False), effect(WINDAGE, seen=5.0)):
+        told: Any = Doubts([one], {})
+        assert electrical_only._with_windage(told).causes == {}
 
 
 def test_two_that_are_given_are_too_many() -> None:

@@ -1,102 +1,188 @@
-"""By which of some lags a motion is taken earlier, and what the answer then is, step by step."""
+"""When drives act, as a balance with a delay tells it: what is taken, and what is left open."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from motorid.capture.model import POSITION, SPEED, VOLTAGE, Capture, Channel
+from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture, Channel
 from motorid.estimate.partial import unstated_lag as module
-from motorid.estimate.partial.block_bootstrap_regression import Regression
-from motorid.estimate.partial.mechanical_signals import COMMAND
+from motorid.estimate.partial.block_bootstrap_regression import Regression, solve
+from motorid.estimate.partial.mechanical_signals import COASTING, COMMAND, Motion, of_capture
+from motorid.estimate.partial.modulating_functions import LATE, Rows
 
 PERIOD_S = 2e-3
-FREE = np.array([True, True, False, True])
+TRUTH = np.array([0.02, 0.05, 0.3, 0.01])
+FREE = np.ones(4, dtype=bool)
 
 
-def capture(delay: str = "", motion: str = SPEED) -> Capture:
-    """``delay``: of which channel nobody states it."""
+def capture(delay: str = "", motion: str = SPEED, unsigned: bool = False) -> Capture:
+    """``delay``: of which channels nobody states it."""
+    wave = 50.0 * np.sin(np.arange(200.0) / 20.0)
     channels = {
-        name: Channel(name, "", np.arange(20.0), delay_s=1e-4,
+        name: Channel(name, "", wave, unsigned=unsigned and name == VOLTAGE,
                       undeclared=("delay",) if name in delay.split() else ())
         for name in (motion, VOLTAGE)
     }  # fmt: skip
-    return Capture(2000 * np.arange(20), 1e6, channels)
+    return Capture(2000 * np.arange(200), 1e6, channels)
 
 
-def regression(left: float, coefficients: float = 0.0) -> Regression:
-    each = coefficients * np.array([1.0, 2.0, 3.0, 4.0])
-    residual = left * np.array([1.0, -1.0, 1.0, -1.0])
-    nothing: Any = None
-    return Regression(each, np.diag([4.0] * 4), FREE, ~FREE, residual, 9, 0.1, nothing)
+def balance(late_s: float, noise: float = 0.01, of: float = 1.0, count: int = 96) -> Regression:
+    """Solved beside a delay that is there by ``late_s``; ``of``: times the delay's column."""
+    rng = np.random.default_rng(4)
+    matrix = rng.standard_normal((count, 4))
+    late = of * rng.standard_normal(count)
+    drive = matrix @ TRUTH + late_s * late + noise * rng.standard_normal(count)
+    stretch, ones = np.arange(count) // 8, np.ones(count)
+    rows = Rows(
+        matrix, drive, ones, ones, stretch, np.zeros(count, dtype=int), np.zeros((count, 3)), late
+    )
+    return solve(rows.beside(LATE), np.ones(5, bool), np.zeros(5), 0.1)
 
 
-BEST = regression(9.0, 1.0)
+class Balances:
+    """Each is solved with drives by so much later: what they still lack of ``late_s``."""
+
+    def __init__(self, late_s: float, **more: Any) -> None:
+        self.late_s, self.more, self.tried = late_s, more, list[float]()
+
+    def __call__(self, motions: Sequence[Motion], terms: Sequence[str]) -> Regression:
+        assert tuple(terms) == (LATE,)
+        (taken,) = {motion.drive_late_s for motion in motions}
+        self.tried.append(taken)
+        return balance(self.late_s - taken, **self.more)
 
 
-class Tried:
-    """A balance that leaves so much by the samples that a motion is taken earlier."""
-
-    def __init__(self, patch: pytest.MonkeyPatch, left: dict[float, float | None]) -> None:
-        self.left, self.lags = left, []
-        patch.setattr(module, "of_capture", self.of_capture)
-        patch.setattr(module, "lacks_fit", lambda motions, one: np.abs(one.residual).max() > 2.0)
-
-    def of_capture(self, one: Capture, drive: str) -> Any:
-        assert drive == VOLTAGE
-        late = one.channels[SPEED].delay_s - 1e-4
-        return SimpleNamespace(samples=round(late / PERIOD_S, 3), period_s=PERIOD_S)
-
-    def regress(self, motions: Sequence[Any]) -> Regression | None:
-        (samples,) = {motion.samples for motion in motions}
-        self.lags.append(samples)
-        left = self.left.get(samples, 9.0)
-        return None if left is None else regression(left, 1.0 + samples)
-
-    def allowed(self, *captures: Capture, best: Regression = BEST) -> Any:
-        motions: Any = [SimpleNamespace(period_s=PERIOD_S), SimpleNamespace(period_s=3 * PERIOD_S)]
-        return module.allowed_for(captures, VOLTAGE, motions, best, self.regress)
+def looked_for(regress: Any, *captures: Capture, drive: str = VOLTAGE) -> module.Timing:
+    motions = [of_capture(one, VOLTAGE) for one in captures]
+    return module.looked_for(captures, drive, motions, balance(0.0).plain(), regress)
 
 
-def test_the_lag_that_leaves_least_is_taken_and_its_change_is_in_the_covariance(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    tried = Tried(monkeypatch, {0.5: None, 1.0: 1.5, 1.5: -0.5, 2.0: 1.0})
-    wider, said = tried.allowed(capture(SPEED), capture("terminal_voltage"))
-    assert tried.lags == [0.5, 1.0, 1.5, 2.0, 3.0]
-    shift = np.where(FREE, 1.5 * np.array([1.0, 2.0, 3.0, 4.0]), 0.0)
-    assert wider.covariance == pytest.approx(np.diag([4.0] * 4) + np.outer(shift, shift))
-    assert wider.coefficients is BEST.coefficients
-    assert (said.code, said.severity) == ("unstated_lag", "info")
-    assert "comes about 9 ms (1.5 samples) after the terminal voltage" in said.message
+UNSTATED = capture(f"{SPEED} {VOLTAGE}")
 
 
-def test_where_no_lag_explains_it_none_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    tried = Tried(monkeypatch, {1.0: None})
-    assert tried.allowed(capture(SPEED)) is None
-    assert len(tried.lags) == 5
+@pytest.mark.parametrize("samples", [-0.5, 0.5, 2.0])
+def test_a_delay_that_rows_tell_is_taken_for_all_drives(samples: float) -> None:
+    regress = Balances(samples * PERIOD_S, noise=1e-5)
+    timing = looked_for(regress, UNSTATED, capture(SPEED))
+    assert timing.terms == (LATE,)
+    assert len(timing.motions) == 2
+    for motion in timing.motions:
+        assert motion.drive_late_s == pytest.approx(samples * PERIOD_S, rel=0.02)
+    assert regress.tried[0] == 0.0
+    assert len(regress.tried) > 1
+    assert timing.said is not None
+    assert (timing.said.code, timing.said.severity) == ("unstated_lag", "info")
+    assert ("earlier" if samples < 0.0 else "later") in timing.said.message
+    assert timing.moves == ()
 
 
 @pytest.mark.parametrize(
-    ("captures", "best"),
-    [
-        ([capture(SPEED)], regression(1.0)),  # it fits as it is
-        ([capture()], BEST),  # both delays are stated
-        ([capture(SPEED), capture()], BEST),  # of one capture
-        ([capture()], regression(1.0)),
-    ],
-)
-def test_what_fits_or_is_stated_is_left_alone(
-    captures: list[Capture], best: Regression, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    tried = Tried(monkeypatch, {1.0: 0.1})
-    assert tried.allowed(*captures, best=best) is None
-    assert tried.lags == []
+    ("samples", "words"),
+    [(0.5, "as if each reading held until the next"),
+     (-0.5, "as if each reading had held since the one before"),
+     (1.5, "means since the row before"), (-2.0, "filtered")],
+)  # fmt: skip
+def test_what_a_delay_is_like_is_said(samples: float, words: str) -> None:
+    said = module._said(VOLTAGE, samples, samples * PERIOD_S)
+    assert words in said.message
+    assert f"{1e3 * abs(samples) * PERIOD_S:.2g} ms" in said.message
+
+
+def test_one_that_rows_do_not_tell_is_left_open_in_the_covariance() -> None:
+    timing = looked_for(Balances(0.2 * PERIOD_S, noise=0.05), UNSTATED)
+    assert (timing.terms, timing.said, timing.late_s) == ((), None, None)
+    assert [motion.drive_late_s for motion in timing.motions] == [0.0]
+    by_delay, by_winding = timing.moves
+    assert np.abs(by_delay).max() > 0.0
+    assert by_winding[0] > 0.0
+    assert not by_winding[1:].any()
+    plain = balance(0.0).plain()
+    wider = timing.of(plain)
+    np.testing.assert_allclose(wider.coefficients, plain.coefficients)
+    more = np.outer(by_delay, by_delay) + np.outer(by_winding, by_winding)
+    np.testing.assert_allclose(wider.covariance, plain.covariance + more)
+
+
+def test_a_delay_of_a_current_is_no_windings() -> None:
+    drive = replace(UNSTATED.channels[VOLTAGE], name=CURRENT)
+    one = replace(UNSTATED, channels={SPEED: UNSTATED.channels[SPEED], CURRENT: drive})
+    motions = [of_capture(one, CURRENT)]
+    best = balance(0.0).plain()
+    sure = module.looked_for([one], CURRENT, motions, best, Balances(PERIOD_S, noise=1e-5))
+    assert sure.winding_s == (0.0, 0.0)
+    unsure = module.looked_for([one], CURRENT, motions, best, Balances(0.0, noise=0.05))
+    assert len(unsure.moves) == 1
+
+
+def test_a_delay_of_volts_may_be_the_windings_in_part() -> None:
+    timing = looked_for(Balances(0.5 * PERIOD_S, noise=1e-5), UNSTATED)
+    mean, deviation = timing.winding_s
+    assert 0.0 < deviation < mean < 1.1 * PERIOD_S
+    found = balance(0.0, noise=1e-5)
+    moved = timing.of(found)
+    assert moved.coefficients[0] - found.coefficients[0] == pytest.approx(
+        mean * found.coefficients[1]
+    )
+    assert moved.sigma[0] >= deviation * found.coefficients[1]
+
+
+def test_a_winding_is_as_slow_as_it_usually_is_and_no_slower_than_the_delay() -> None:
+    one = balance(0.0).plain()
+    constant_s = one.coefficients[0] / one.coefficients[1]
+    for share in (1e-6, 0.003, 0.03, 0.3, 30.0):
+        most_s = share * constant_s
+        grid = (np.arange(400_000) + 0.5) / 400_000 * min(most_s, constant_s)
+        weight = np.exp(-grid / (module.WINDING * constant_s))
+        mean = np.average(grid, weights=weight)
+        deviation = np.sqrt(np.average((grid - mean) ** 2, weights=weight))
+        assert module._winding(one, most_s) == pytest.approx((mean, deviation), rel=1e-3)
+    assert module._winding(one, -1.0) == (0.0, 0.0)
+    for slow in (one.coefficients * [1, -1, 1, 1], one.coefficients * [-1, 1, 1, 1]):
+        assert module._winding(replace(one, coefficients=slow), 1.0) == (0.0, 0.0)
+
+
+def test_a_search_that_runs_away_takes_none() -> None:
+    timing = looked_for(Balances(20 * PERIOD_S, noise=1e-5), UNSTATED)
+    assert (timing.terms, timing.moves, timing.said) == ((), (), None)
+    assert looked_for(lambda *_: None, UNSTATED).moves == ()
+
+
+@pytest.mark.parametrize("captures", [[capture()], [UNSTATED, capture()],
+                                      [capture(f"{SPEED} {VOLTAGE}", unsigned=True)]])  # fmt: skip
+def test_what_is_stated_or_a_magnitude_is_left_alone(captures: list[Capture]) -> None:
+    regress = Balances(PERIOD_S)
+    timing = looked_for(regress, *captures)
+    assert (timing.terms, timing.moves, timing.said) == ((), (), None)
+    assert regress.tried == []
+
+
+def test_a_motor_that_coasts_has_no_drive_that_could_be_late() -> None:
+    regress = Balances(PERIOD_S)
+    assert looked_for(regress, UNSTATED, drive=COASTING).moves == ()
+    assert regress.tried == []
+
+
+def test_a_few_jumps_leave_less_than_they_are_off_by() -> None:
+    """Rows that a delay follows to the last digit are as uncertain as jumps' moments make them."""
+    found = balance(0.0, noise=1e-6)
+    steps = np.repeat([5.0, 9.0, 4.0, 8.0, 5.0], 40)
+    speed = np.linspace(20.0, 50.0, 200)
+    one = replace(UNSTATED, channels={SPEED: Channel(SPEED, "rad/s", speed),
+                                      VOLTAGE: Channel(VOLTAGE, "V", steps)})  # fmt: skip
+    motions = [of_capture(one, VOLTAGE)]
+    wider = module._as_jumps_scatter(motions, found)
+    left = float(np.mean(found.residual**2))
+    part = found.rows.matrix
+    each = np.diag(np.linalg.inv(part.T @ part)) * module.FOLLOWED * left
+    assert motions[0].jumps_variance(0.1) > module.FOLLOWED * left
+    np.testing.assert_allclose(
+        np.diag(wider.covariance), np.maximum(np.diag(found.covariance), each)
+    )
 
 
 def test_delays_are_stated_of_the_motion_and_the_drive() -> None:
@@ -108,11 +194,3 @@ def test_delays_are_stated_of_the_motion_and_the_drive() -> None:
     place = replace(both.channels[SPEED], name=POSITION, undeclared=("delay",))
     beside = replace(both, channels={**both.channels, POSITION: place})
     assert module._stated(beside, VOLTAGE)  # the speed is what is taken
-
-
-@pytest.mark.parametrize("motion", [SPEED, POSITION])
-def test_a_motion_is_taken_earlier_and_no_drive(motion: str) -> None:
-    one = capture(motion=motion)
-    early = module._earlier(one, 1.5)
-    assert early.channels[motion].delay_s == pytest.approx(1e-4 + 1.5 * PERIOD_S)
-    assert early.channels[VOLTAGE] is one.channels[VOLTAGE]

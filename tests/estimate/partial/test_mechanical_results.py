@@ -37,7 +37,7 @@ def regression(*coefficients: float) -> Regression:
     covariance = np.diag(sd**2)
     covariance[0, 1] = covariance[1, 0] = -0.6 * sd[0] * sd[1]
     none = np.zeros(0)
-    rows = Rows(np.zeros((0, 4)), none, none, none, none.astype(int), none.astype(int), none)
+    rows = Rows(np.zeros((0, 4)), none, none, none, none.astype(int), none.astype(int), none, none)
     kept = np.array([True, True, True, False])
     return Regression(values, covariance, kept, ~np.ones(4, bool), none, FREEDOM, 0.01, rows)
 
@@ -284,7 +284,7 @@ def rowed() -> Regression:
     weight, capture = np.linspace(1.0, 2.0, 7), np.array([0, 0, 0, 0, 0, 1, 1])
     drive = matrix @ best.coefficients + 0.1 * (-1.0) ** np.arange(7)
     time_s = np.arange(7.0)
-    rows = Rows(matrix, drive, weight, time_s, capture, capture, np.ones(7))
+    rows = Rows(matrix, drive, weight, time_s, capture, capture, np.ones(7), np.zeros(7))
     return replace(best, rows=rows, residual=drive - matrix @ best.coefficients)
 
 

@@ -44,10 +44,13 @@ LAG = Diagnostic("unstated_lag", "info", "late")
 class Routes:
     """Notes what each part is given, and answers with its name."""
 
-    def __init__(self, patch: pytest.MonkeyPatch, steps: bool = False, lag: bool = False) -> None:
+    def __init__(
+        self, patch: pytest.MonkeyPatch, steps: bool = False, lag: bool = False, fan: bool = False
+    ) -> None:
         self.asked: dict[str, tuple[Any, ...]] = {}
-        self.wider = SimpleNamespace(name="wider")
-        best = SimpleNamespace(name="best")
+        self.widened = SimpleNamespace(name="widened")
+        self.wider = SimpleNamespace(name="wider", widened=lambda *_: self.widened)
+        best = SimpleNamespace(name="best", widened=lambda *_: self.widened)
         known = estimate()
 
         def notes(name: str, answer: Any) -> Any:
@@ -61,8 +64,14 @@ class Routes:
         patch.setattr(module.step_response, "steps", notes("steps", ["a step"] if steps else None))
         patch.setattr(module.step_response, "fit", notes("step fit", known))
         patch.setattr(module, "_regress", notes("regress", best))
-        allowed = (self.wider, LAG) if lag else None
-        patch.setattr(module.unstated_lag, "allowed_for", notes("lag", allowed))
+        later = SimpleNamespace(
+            motions=["later"], terms=("late",) if lag else (), said=LAG if lag else None,
+            of=notes("timing", self.wider if lag else best),
+        )  # fmt: skip
+        patch.setattr(module.unstated_lag, "looked_for", notes("lag", later))
+        square = SimpleNamespace(wider="with a fan" if fan else None, moves=("a move",))
+        patch.setattr(module.square_of_speed, "looked_for", notes("square", square))
+        patch.setattr(module.square_of_speed, "named", notes("named", known))
         patch.setattr(module.mechanical_remarks, "find", notes("find", ("a remark",)))
         patch.setattr(module.mechanical_results, "estimate", notes("estimate", known))
 
@@ -77,29 +86,48 @@ def test_a_balance_is_of_the_captures_that_move_and_says_so_of_the_others(
     assert routes.asked["steps"] == (moving,)
     given = routes.asked["estimate"]
     assert given[0] == moving
-    assert [m.drive_name for m in given[1]] == [CURRENT, CURRENT]
-    assert given[2] is routes.best
+    assert given[1] == ["later"]
+    assert [m.drive_name for m in routes.asked["lag"][2]] == [CURRENT, CURRENT]
+    assert given[2] is routes.widened
+    assert "named" not in routes.asked
     assert given[3:6] == (CURRENT, {"K": 0.5}, ("B",))
     assert [getattr(one, "code", one) for one in given[6]] == ["standing_still", "a remark"]
     assert given[6][0].message.startswith("3 captures were left out")
-    assert routes.asked["find"][:3] == (moving, given[1], routes.best)
+    assert routes.asked["find"][:3] == (moving, ["later"], routes.widened)
     assert routes.asked["find"][3] is None
 
 
-def test_where_all_move_nothing_is_said_and_a_lag_widens(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_all_move_nothing_is_said_and_a_lag_is_solved_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     routes = Routes(monkeypatch, lag=True)
     module.fit([running()])
-    assert routes.asked["estimate"][2] is routes.wider
+    assert routes.asked["estimate"][2] is routes.widened
     assert routes.asked["estimate"][6] == ("a remark",)
-    assert routes.asked["find"][2:] == (routes.wider, LAG)
+    assert routes.asked["find"][2:] == (routes.widened, LAG)
     captures, drive, motions, best, regress = routes.asked["lag"]
-    assert (len(captures), drive, best) == (1, CURRENT, routes.best)
-    wanted, values = routes.asked["regress"][1:]
-    assert regress(["other"]) is routes.best
-    assert routes.asked["regress"][0] == ["other"]
-    assert routes.asked["regress"][1] is wanted
-    assert routes.asked["regress"][2] is values
-    assert len(motions) == 1
+    assert (len(captures), drive, best, len(motions)) == (1, CURRENT, routes.best, 1)
+    given, wanted, values, terms, settled = routes.asked["regress"]
+    assert (given, terms, settled) == (["later"], ("late",), True)
+    assert routes.asked["timing"] == (routes.best,)
+    assert regress(["other"], ("late",)) is routes.best
+    again = routes.asked["regress"]
+    assert again[0] == ["other"]
+    assert again[1] is wanted
+    assert again[2] is values
+    assert again[3] == ("late",)
+
+
+def test_a_fan_is_looked_for_beside_a_lag_and_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    routes = Routes(monkeypatch, lag=True, fan=True)
+    assert module.fit([running()]) is routes.found
+    drive, best, regress = routes.asked["square"]
+    assert (drive, best) == (CURRENT, routes.wider)
+    assert regress(("square",)) is routes.best
+    assert routes.asked["regress"][3] == ("square", "late")
+    assert routes.asked["timing"] == ("with a fan",)
+    assert routes.asked["estimate"][2] is routes.wider  # the last: with the fan
+    assert routes.asked["named"] == (routes.found, routes.found)
 
 
 def test_single_steps_are_fitted_as_such_beside_captures_that_stand(

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
 from motorid.errors import DataError
@@ -18,7 +19,9 @@ from motorid.estimate.partial import (
     open_circuit_coastdown,
     steady_state_table,
 )
+from motorid.estimate.partial.mechanical_signals import Motion
 
+Floats = NDArray[np.float64]
 A, B, C = 2e-4, 5e-3, 0.04  # drive = a dω/dt + b ω + c sign ω
 N, H = 4000, 1e-3
 TRUTH = np.array([A, B, C, 0.0])
@@ -188,7 +191,7 @@ def test_three_runs_that_differ_widen_what_they_tell() -> None:
 def test_a_variance_is_widened_where_the_other_is_larger() -> None:
     mine = np.array([[4.0, 1.0, 0.0], [1.0, 9.0, 0.0], [0.0, 0.0, 0.0]])
     theirs = np.diag([16.0, 1.0, 5.0])
-    found = block_bootstrap_regression._at_least(mine, theirs)
+    found = block_bootstrap_regression.at_least(mine, theirs)
     assert found == pytest.approx(np.array([[16.0, 2.0, 0.0], [2.0, 9.0, 0.0], [0.0, 0.0, 0.0]]))
 
 
@@ -216,3 +219,48 @@ def test_a_bump_covers_enough_samples_wherever_it_lies(start: int) -> None:
         stretch = mechanical_signals.Stretch(start, start + covered, 1)
         line = modulating_functions._line(motion, stretch, speed, centre, half)
         assert (line is not None) is (covered >= fewest)
+
+
+def test_a_drive_that_acts_later_is_weighed_where_it_acts() -> None:
+    """Rows of a drive that reads what acted some samples before are those of the drive itself."""
+    n, step = 900, 1e-3
+    time = step * np.arange(n)
+    drive = 5.0 + np.sin(2 * np.pi * 3.1 * time) + 0.5 * np.cos(2 * np.pi * 7.0 * time)
+    speed = 50.0 + 5.0 * np.sin(2 * np.pi * 2.0 * time)
+
+    def motion(read: Floats, late_s: float = 0.0) -> Motion:
+        return Motion(
+            time, read, (speed[1:] + speed[:-1]) / 2 * step, speed, np.zeros(n - 1, bool),
+            "current", "A", False, False, 0.0, 0.0, 0.0, 0.0, late_s,
+        )  # fmt: skip
+
+    true = modulating_functions.build([motion(drive)], 0.05)
+    for samples in (3, -3):
+        read = np.roll(drive, -samples)  # each reading is of what acts so much later
+        found = modulating_functions.build([motion(read, samples * step)], 0.05)
+        kept = np.isin(true.time_s, found.time_s)
+        assert len(true) - 2 <= kept.sum() < len(true)
+        inside = slice(1, -1)
+        np.testing.assert_allclose(found.drive[inside], true.drive[kept][inside], rtol=1e-6)
+        np.testing.assert_allclose(found.matrix, true.matrix[kept])
+    little = 1e-5
+    sides = (little, -little)
+    later, before = (modulating_functions.build([motion(drive, s)], 0.05) for s in sides)
+    change = np.interp(later.time_s, before.time_s, before.drive) - later.drive
+    np.testing.assert_allclose(
+        change[1:-1], 2 * little * np.interp(later.time_s, true.time_s, true.late)[1:-1], atol=1e-7
+    )
+
+
+def test_a_bump_whose_drive_lies_across_a_gap_is_left_out() -> None:
+    n, step = 400, 1e-3
+    broken = np.zeros(n - 1, dtype=bool)
+    broken[200] = True
+    speed = np.full(n, 50.0)
+    one = Motion(step * np.arange(n), speed / 10, speed[1:] * step, speed, broken, "current", "A",
+                 False, False, 0.0, 0.0, 0.0, 0.0)  # fmt: skip
+    all_rows = modulating_functions.build([one], 0.02)
+    late = modulating_functions.build([replace(one, drive_late_s=5 * step)], 0.02)
+    lost = set(np.round(all_rows.time_s, 6)) - set(np.round(late.time_s, 6))
+    assert len(lost) == 2  # the first of either side of the gap
+    assert min(abs(t - 0.2) for t in lost) < 0.05

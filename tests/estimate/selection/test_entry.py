@@ -111,11 +111,11 @@ def test_of_the_stages_the_widest_counts_whose_last_term_stands_out(
     before = Unsettled(COGS, {"R": 9.0})
     chosen = Selection(tuple(stages), (), (), (before,))
     first, second = (Unsettled(s.terms[-1], s.values) for s in stages)
-    assert entry._known(chosen, {}, ()) == ((stages[0], 1), [before, second])
+    assert entry.standing_out(chosen, {}, ()) == ((stages[0], 1), [before, second])
     monkeypatch.setattr(entry, "stands_out", lambda _, term: True)
-    assert entry._known(chosen, {}, ()) == ((stages[1], 2), [before])
+    assert entry.standing_out(chosen, {}, ()) == ((stages[1], 2), [before])
     monkeypatch.setattr(entry, "stands_out", lambda *_: False)
-    assert entry._known(chosen, {}, ()) == (None, [before, second, first])
+    assert entry.standing_out(chosen, {}, ()) == (None, [before, second, first])
 
 
 def test_a_term_that_another_could_feign_stands_out_in_the_fit_with_both(
@@ -131,11 +131,11 @@ def test_a_term_that_another_could_feign_stands_out_in_the_fit_with_both(
     monkeypatch.setattr(entry, "stands_out", lambda found, term: (found, term) in clear)
     third, second = (Unsettled(s.terms[-1], s.values) for s in reversed(stages[1:]))
     chosen = Selection(tuple(stages), ())
-    assert entry._known(chosen, {}, ()) == ((stages[1], 2), [third])
+    assert entry.standing_out(chosen, {}, ()) == ((stages[1], 2), [third])
     clear |= {(1, "a")}  # by itself too: what is added to it stays open
-    assert entry._known(chosen, {}, ()) == ((stages[0], 1), [third, second])
+    assert entry.standing_out(chosen, {}, ()) == ((stages[0], 1), [third, second])
     other = replace(chosen, stages=(SimpleNamespace(terms=("c",), values={}), stages[1]))
-    assert entry._known(other, {}, ())[0] is None  # "a" was exchanged for "c"
+    assert entry.standing_out(other, {}, ())[0] is None  # "a" was exchanged for "c"
 
 
 class Looked:

@@ -58,10 +58,10 @@ class Answer:
             monkeypatch, entry, self.seen, _closed=("captures", "records", "solved"),
             answered=(self.six, self.records, self.known), looked_for=(chosen, narrow),
             _with_left_out=replace(self.six, suspects=("left out",)),
-            _known=((self.fitted, self.found) if best else None, ("unsettled",)),
+            standing_out=((self.fitted, self.found) if best else None, ("unsettled",)),
             alternative="alternative", _with_trials="with trials", _said="said",
             with_unsettled="settled", with_seen="seen", _narrow=narrow,
-            asked_for=self.fitted, findings=self.found, reach={"R": 0.5}, _widest="widest",
+            asked_for=self.fitted, findings=self.found, reach={"R": 0.5}, known_beside="widest",
             with_lack="lack",
         )  # fmt: skip
         monkeypatch.setattr(entry, "_stated", lambda trial: stated[trial.name])
@@ -81,7 +81,7 @@ def test_a_better_model_is_looked_for_and_offered_beside_the_six(
     assert seen["reach"] == [(made.six.parameters,)]
     assert seen["looked_for"] == [(made.records, made.known.solution, HELD, {"R": 0.5})]
     assert seen["_with_left_out"] == [(made.six, made.chosen, made.fitted)]
-    assert seen["_known"] == [(made.chosen, FIX, WITHOUT)]
+    assert seen["standing_out"] == [(made.chosen, FIX, WITHOUT)]
     ((fitted, found, records, before, trials, asked),) = seen["alternative"]
     assert (fitted, found, records, before) == (made.fitted, made.found, "narrow", "its solution")
     # what was taken on the way is no part of what is offered
@@ -90,7 +90,7 @@ def test_a_better_model_is_looked_for_and_offered_beside_the_six(
     ((said, fitted),) = seen["_said"]
     assert (said.alternative, said.suspects, fitted) == ("alternative", ("left out",), made.fitted)
     assert seen["with_unsettled"] == [("said", ("unsettled",))]
-    assert seen["_widest"] == [(made.found, "harmless", FIX, WITHOUT)]
+    assert seen["known_beside"] == [(made.found, "harmless", FIX, WITHOUT)]
     assert seen["with_seen"] == [("settled", "widest")]
 
 
@@ -100,7 +100,7 @@ def test_where_none_stands_out_what_was_tried_is_said(monkeypatch: pytest.Monkey
     assert estimated.suspects == ("left out",)
     assert [t.taken for t in trials] == [True, True]
     assert made.seen["with_unsettled"] == [("with trials", ("unsettled",))]
-    assert made.seen["_widest"] == [(made.known, "harmless", FIX, WITHOUT)]
+    assert made.seen["known_beside"] == [(made.known, "harmless", FIX, WITHOUT)]
     assert made.seen["with_seen"] == [("settled", "widest")]
     assert made.seen["with_lack"] == [("seen", made.records, made.known.solution)]
     assert "alternative" not in made.seen
@@ -118,7 +118,7 @@ def test_what_is_still_seen_is_asked_beside_what_explains_more_and_moves_nothing
     seen: dict[str, Any] = {}
     noting(monkeypatch, entry, seen, findings="beside it", finished="finished")
     known: Any = SimpleNamespace(undetected=[SimpleNamespace(seen=size) for size in sizes])
-    assert entry._widest(known, harmless, FIX, WITHOUT) == ("beside it" if asked else known)
+    assert entry.known_beside(known, harmless, FIX, WITHOUT) == ("beside it" if asked else known)
     assert seen.get("finished") == ([(WIDER,)] if asked else None)
     assert seen.get("findings") == ([("finished", FIX, WITHOUT)] if asked else None)
 

@@ -42,7 +42,7 @@ class Room:
             "asked_for": self.named,
             "looked_for": self.looked,
             "_narrow": self.narrow,
-            "_known": self.best,
+            "standing_out": self.best,
             "findings": lambda *rest: ("findings", *rest),
             "alternative": self.alternative,
             "with_seen": self.seen,

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
+from motorid.estimate.assembly.covering import Covering, covering, excluded
 from motorid.estimate.assembly.doubt import settled
 from motorid.estimate.results.estimate import Diagnostic, Estimate
-from motorid.estimate.selection.covering import Covering, covering, excluded
 from motorid.estimate.uncertainty.budget import FINDING
 from tests.report.example import estimate, parameter
 

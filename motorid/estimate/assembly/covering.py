@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from motorid.estimate.assembly.doubt import SHARE, grown
-from motorid.estimate.results.estimate import Alternative, Estimate
+from motorid.estimate.results.estimate import Alternative, Estimate, Parameter
 
 COUNTED = 1.001  # of the share of half an interval beyond which a value is doubtful
 
@@ -46,7 +46,18 @@ def excluded(plain: Estimate, better: Alternative, but: Sequence[str]) -> list[s
 
 
 def _sides(plain: Estimate, better: Alternative, name: str) -> tuple[float, float] | None:
-    p, other = plain.parameters[name], better.parameters[name]
+    p = plain.parameters[name]
+    before = grown(p, plain.budget.get(name, {}))
+    return covering_sides(p, better.parameters[name], before)
+
+
+def covering_sides(
+    p: Parameter, other: Parameter, before: float = 0.0
+) -> tuple[float, float] | None:
+    """Moves (its unit) below and above with which a finding makes ``p`` cover the ``other`` model's
+    interval. None where that does not reach beyond it, or neither the value moves nor that reaches
+    by half of the interval's half or more. ``before``: by how much findings widened half of it.
+    """
     if p.value is None or p.interval_95 is None or other.value is None:
         return None
     (low, high), (least, most) = p.interval_95, other.interval_95 or (other.value, other.value)
@@ -54,7 +65,6 @@ def _sides(plain: Estimate, better: Alternative, name: str) -> tuple[float, floa
     counts, lacking = SHARE * (high - low) / 2.0, max(below, above)
     if not lacking > 0.0 or max(abs(other.value - p.value), lacking) <= counts:
         return None
-    before = grown(p, plain.budget.get(name, {}))
     below, above = _beside(below, before), _beside(above, before)
     enough = max(below, above, COUNTED * counts)
     return (enough, above) if below > above else (below, enough)

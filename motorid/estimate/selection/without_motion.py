@@ -1,0 +1,119 @@
+"""Voltage and current without a motion: what the better models say of the values.
+
+The search is the one of captures with a motion, with K held, for friction and for what the winding
+and the brushes do. Of angles nobody knows the scale, and an inductance takes on the shape of what
+lies between the readings. The values stay. Where a model that the data support moves one, or no
+longer tells it, it is doubtful, and one finding says what it is beside the term.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from motorid.capture.model import Capture
+from motorid.estimate.assembly.covering import covering_sides
+from motorid.estimate.diagnosis.refit import plain as plain_noise
+from motorid.estimate.fit.parameter_bounds import merged
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.model.extended_terms import TERMS
+from motorid.estimate.partial import electrical_only
+from motorid.estimate.results.estimate import Diagnostic, Estimate, Parameter
+from motorid.estimate.selection.entry import (
+    MOST,
+    STATED,
+    known_beside,
+    looked_for,
+    reach,
+    standing_out,
+)
+from motorid.estimate.selection.extended_results import parameters
+from motorid.estimate.selection.predicted_gain import foresee
+from motorid.estimate.selection.score_test import screen
+from motorid.estimate.selection.seen_effects import with_seen
+from motorid.estimate.selection.unsettled_models import Unsettled, with_unsettled
+from motorid.estimate.solver.allowance import current, opened
+from motorid.estimate.solver.problem import Solution
+from motorid.estimate.uncertainty.intervals import Findings
+
+HEATING = TERMS["heating"]
+HALF = 0.5  # of what a fit would need
+SHOWN = ("quadratic-load", "direction", "brush-drop", "heating")
+OTHERS = tuple(term for term in TERMS.values() if term.name not in SHOWN)
+
+
+def fit(captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence[str]) -> Estimate:
+    """``electrical_only.fit``, doubtful where a better model says otherwise. Raises as that."""
+    with opened():
+        return electrical_only.fit(captures, fix, without, better_models)
+
+
+def better_models(
+    estimate: Estimate,
+    records: Sequence[MotorRecord],
+    doubts: Findings,
+    held: Mapping[str, float],
+    without: Sequence[str],
+    names: Mapping[str, str],
+) -> list[Diagnostic]:
+    """Findings on the parameters of ``estimate``; ``names`` of what stands in the place of some."""
+    current().bound(MOST, STATED)
+    plain = replace(estimate, diagnostics=())
+    matters = reach(plain.parameters)
+    chosen, _ = looked_for(records, doubts.solution, held, matters, OTHERS)
+    best, open_models = standing_out(chosen, held, without)
+    unsettled = [*open_models, *(() if best else _warming(records, doubts.solution, held))]
+    found = doubts
+    if best is not None:
+        fitted, found = best
+        titles = " and ".join(term.title for term in fitted.terms)
+        said = _said(plain.parameters, parameters(found, fitted), titles, names)
+        plain = replace(plain, diagnostics=tuple(said))
+    plain = with_unsettled(plain, unsettled, nameable=False)
+    plain = with_seen(plain, known_beside(found, chosen.harmless, held, without))
+    return list(plain.diagnostics)
+
+
+def _warming(
+    records: Sequence[MotorRecord], solution: Solution, held: Mapping[str, float]
+) -> list[Unsettled]:
+    """A winding that warms up, where the readings half speak for it: no motion tells it from K."""
+    values, white = merged(held, solution), plain_noise(records, solution)
+    out = []
+    for one in screen(records, white, values, (), [HEATING.name]):
+        found = foresee(records, white, one)
+        if found.counted > HALF * found.needed:
+            moved = {name: value + one.shift.get(name, 0.0) for name, value in values.items()}
+            out.append(Unsettled(HEATING, moved))
+    return out
+
+
+def _said(
+    values: Mapping[str, Parameter],
+    others: Mapping[str, Parameter],
+    titles: str,
+    names: Mapping[str, str],
+) -> list[Diagnostic]:
+    moves: dict[str, float] = {}
+    sides: dict[str, tuple[float, float]] = {}
+    told = []
+    for name, p in values.items():
+        other, found = others[name], covering_sides(p, others[name])
+        shown = names.get(name, name)
+        if found is not None:
+            sides[name], moves[name] = found, max(found)
+            told.append(f"{shown} {other.value:.4g} ± {other.total:.2g}")
+        elif other.value is None and p.value and p.status.measured:
+            moves[name] = math.inf
+            told.append(f"no {shown}")
+    if not moves:
+        return []
+    return [
+        Diagnostic(
+            "better_model", "warning",
+            f"the residuals show {titles}: the values do without it and are biased. With it: "
+            f"{', '.join(told)}",
+            moves, sides,
+        )
+    ]  # fmt: skip
