@@ -132,7 +132,7 @@ def test_where_no_room_is_left_what_is_still_seen_is_asked_of_a_fit_that_was_jud
         seen: dict[str, Any] = {}
         noting(monkeypatch, entry, seen, findings="beside it", finished="finished")
         monkeypatch.setattr(entry, "current", lambda most=most: Allowance(most=most))
-        assert entry._widest(known, WIDER, FIX, WITHOUT) == "beside it"
+        assert entry.known_beside(known, WIDER, FIX, WITHOUT) == "beside it"
         assert seen["findings"] == [("finished" if ended else WIDER, FIX, WITHOUT)]
 
 
