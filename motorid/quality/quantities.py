@@ -32,6 +32,7 @@ from motorid.quality.temperature import Temperature
 from motorid.quality.verdict import Reading
 
 COGGING_SHAPE = 0.01  # of it: the fit has it in straight lines, 1 % short at 10 times the friction
+SAME_LEVEL = 0.1  # of a level: so near is its reading to what the fit took it for
 NOT_STEADY = (
     "the run holds no steady stretch of two turns with current and position: drive longer at a "
     "constant level"
@@ -193,7 +194,9 @@ def _direction_current(c: Context) -> Reading:
 
 
 def _direction_speed(c: Context) -> Reading:
-    """Relative difference of speed per volt, by the slope of the position's residual."""
+    """Relative difference of speed per volt, by the slope of the position's residual, and by what
+    the fit took a level for beside its readings: a level that is free follows the speed.
+    """
     ahead, back = _directions(c)
     if not ahead or not back:
         return Reading("1", problem=f"{NOT_STEADY}, in both directions")
@@ -204,7 +207,7 @@ def _direction_speed(c: Context) -> Reading:
             turned = w.angle - w.angle.mean()
             slope = float(turned @ w.position / (turned @ turned))
             variance += float(w.position.var() / (turned @ turned)) / len(side) ** 2
-            excess, weight = excess + slope, weight + 1.0
+            excess, weight = excess + slope + _above_reading(w, c), weight + 1.0
         ratios.append(excess / weight)
     offset = max(
         (p.total or 0.0 for n, p in c.estimate.nuisance.items() if n.startswith("voltage offset")),
@@ -213,6 +216,14 @@ def _direction_speed(c: Context) -> Reading:
     level = float(np.mean([abs(w.level) for w in (*ahead, *back)]))
     u = math.hypot(math.sqrt(variance), 2.0 * offset / level)
     return Reading("1", abs(ratios[0] - ratios[1]), u)
+
+
+def _above_reading(w: ripple.Window, c: Context) -> float:
+    """By what share the fit took a level for more than was read of it; 0: nothing was read."""
+    read = [m.voltage_v for m in c.estimate.levels if m.voltage_v]
+    near = min(read, key=lambda v: abs(v - w.level), default=0.0)
+    share = w.level / near - 1.0 if near else 0.0
+    return share if abs(share) < SAME_LEVEL else 0.0
 
 
 def _directions(c: Context) -> tuple[list[ripple.Window], list[ripple.Window]]:

@@ -46,7 +46,9 @@ def test_a_declared_filter_leaves_the_inductance(
     estimate = fitted(tmp_path, f"&current_filter={tau_s}")
     inductance, u = known(estimate.parameters["L"])
     assert inductance == pytest.approx(unfiltered, abs=u)
-    assert u < 0.02 * inductance
+    assert (
+        u < 0.025 * inductance
+    )  # a tenth of it by levels that half a converter's step leaves open
     size, size_u = known(estimate.nuisance[CURRENT_FILTER.name])
     assert abs(size) < 2 * size_u
     assert size_u < 0.5 * TOLERANCE * tau_s  # the readings tell it better than its parts do
