@@ -50,7 +50,7 @@ class SourceNoise:
         """Standard uncertainty (V) of the mean voltage of part ``k``."""
         part = self._parts[k]
         volts = float(np.abs(self._sensed.volts[part.slice]).mean())
-        mean = self._noise(k, source) / math.sqrt(max(_samples(part), 1))
+        mean = self._noise(k, source) / math.sqrt(_samples(part))
         return max(math.hypot(mean, self._sensed.level_uncertainty), LEAST * volts, LEAST)
 
     def speed_deviation(

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-
-import numpy as np
 
 from motorid.estimate.effects import scales
 from motorid.estimate.effects.action import PartVoltage
@@ -29,7 +28,7 @@ def _prior(subject: Subject, place: int) -> Prior | None:
 
 def _bounds(subject: Subject) -> tuple[float, float]:
     """V: what is farther off than any converter is a fault, and shows as one."""
-    most = BENT * subject.sensed.resolution or np.inf
+    most = BENT * subject.sensed.resolution or math.inf
     return -most, most
 
 
