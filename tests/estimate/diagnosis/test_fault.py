@@ -116,7 +116,9 @@ def test_a_stored_capture_is_judged_alike(runs: Runs, tmp_path: Path) -> None:
 
     off = inject.offset(runs.good, 0.02 * runs.peak_a)
     store.save(off, tmp_path / "off.h5")
-    stored, live = (fit([one]).suspects for one in (store.load(tmp_path / "off.h5"), off))
+    stored, live = (
+        fit([one], model="six").suspects for one in (store.load(tmp_path / "off.h5"), off)
+    )
     assert stored[0].code == "current_offset"
     assert [(s.code, s.where, s.strength) for s in stored] == [
         (s.code, s.where, s.strength) for s in live

@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from bench.coverage.rigs import draw_bench
-from bench.coverage.runs import record
+from bench.coverage.runs import Runs, record
 from motorid.estimate.fit import (
     discontinuous_current_inductance,
     joint_fit,
@@ -63,8 +63,7 @@ def off(found: Estimate, truth: dict[str, float], name: str) -> float:
     return value / truth[name] - 1.0
 
 
-@pytest.mark.slow
-@pytest.mark.long
+@pytest.mark.study
 def test_ripple_tells_what_no_reading_shows(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -92,17 +91,25 @@ def test_ripple_tells_what_no_reading_shows(
     assert blind.chi_square > found.chi_square
 
 
-@pytest.mark.slow
-@pytest.mark.long
-def test_pulses_tell_what_no_reading_shows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def stopping(folder: Path) -> Runs:
     """Diode decay, a current that stops in every period, means over whole periods; 0.2 V of 9 are
     lost to brushes.
     """
     drawn = draw_bench(12)
     options = replace(drawn.options, brush_drop=0.2)
-    runs = record(replace(drawn, rigs=drawn.rigs[:1], options=options), tmp_path)
+    return record(replace(drawn, rigs=drawn.rigs[:1], options=options), folder)
+
+
+@pytest.mark.slow
+def test_pulses_tell_what_no_reading_shows(tmp_path: Path) -> None:
+    runs = stopping(tmp_path)
     found = fit(runs.captures, model="six")
     assert abs(off(found, runs.truth, "L")) < 0.05
+
+
+@pytest.mark.study
+def test_without_pulses_nothing_tells_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    runs = stopping(tmp_path)
     monkeypatch.setattr(discontinuous_current_inductance, "pulses_of", lambda *_: [])
     monkeypatch.setattr(subsample_inductance._Search, "by_ripple", lambda _: None)
     blind = fit(runs.captures, model="six")

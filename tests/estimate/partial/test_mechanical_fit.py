@@ -248,7 +248,7 @@ def test_bad_requests_and_bad_captures_are_one_sentence(clean: Capture) -> None:
             mechanical_fit.fit([clean], fix=fix, without=without)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_intervals_hold_what_they_promise() -> None:
     """60 noisy runs: the 95 % intervals hold each ratio about that often, and bias is small."""
     t, i, w = closed_loop(MOTOR, sweep(120.0, 0.7), 0.02, 4.0)

@@ -145,7 +145,7 @@ def test_no_fit_is_made_where_a_glance_shows_nothing() -> None:
     assert found == (given, before)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_board_that_states_four_times_its_pwm(tmp_path: Path) -> None:
     """L was 5 % off, 11 standard uncertainties, and friction was blamed."""
     wrong = Rigged(hidden=lambda m: {"pwm": 20_000}, edit=with_supply, alter=of_pwm(80_000.0))

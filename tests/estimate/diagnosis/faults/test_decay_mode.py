@@ -33,7 +33,11 @@ def named(estimate: Estimate) -> set[str]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("real", "claimed", "channels"), [(SLOW, FAST, SUPPLY_READ), (DIODE, FAST, MOTOR_READ)]
+    ("real", "claimed", "channels"),
+    [
+        (SLOW, FAST, SUPPLY_READ),
+        pytest.param(DIODE, FAST, MOTOR_READ, marks=pytest.mark.study),
+    ],
 )
 def test_another_decay_is_named_and_the_fit_takes_the_one_that_the_current_shows(
     bench: Bench, real: Decay, claimed: Decay, channels: tuple[str, ...]

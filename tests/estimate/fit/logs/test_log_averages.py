@@ -45,7 +45,12 @@ def of_the_last(y: Floats, count: int) -> Floats:
             "a mean of the last readings (of 3)",
             marks=pytest.mark.study,
         ),
-        (MEDIUM, partial(recursive, counts=0.25), "a new reading counts 0.25)"),
+        pytest.param(
+            MEDIUM,
+            partial(recursive, counts=0.25),
+            "a new reading counts 0.25)",
+            marks=pytest.mark.study,
+        ),
     ],
 )
 def test_it_is_named_and_allowed_for(

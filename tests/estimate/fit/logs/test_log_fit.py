@@ -69,9 +69,9 @@ def named(found: Estimate) -> set[str]:
     ("column", "spoil", "code"),
     [
         ("i", smoothed(3.0), "current_filtered"),
-        ("w", smoothed(20.0), "speed_filtered"),
-        ("v", smoothed(5.0), "voltage_filtered"),
-        ("i", late(10), "current_lag"),
+        pytest.param("w", smoothed(20.0), "speed_filtered", marks=pytest.mark.study),
+        pytest.param("v", smoothed(5.0), "voltage_filtered", marks=pytest.mark.study),
+        pytest.param("i", late(10), "current_lag", marks=pytest.mark.study),
         pytest.param("w", late(10), "speed_lag", marks=pytest.mark.study),
         ("v", late(10), "voltage_lag"),
     ],

@@ -57,7 +57,13 @@ def errors_in_u(records: list[MotorRecord], solution: Solution) -> dict[str, flo
 
 @pytest.mark.slow
 @pytest.mark.long
-@pytest.mark.parametrize(("column", "kind", "samples"), [("i", "2 RC", 2.5), ("w", "Bessel", 6.0)])
+@pytest.mark.parametrize(
+    ("column", "kind", "samples"),
+    [
+        pytest.param("i", "2 RC", 2.5, marks=pytest.mark.study),
+        ("w", "Bessel", 6.0),
+    ],
+)
 def test_a_filter_of_second_order_is_repaired(column: str, kind: str, samples: float) -> None:
     records, solution = solved([logged(column, kind, samples)], {}, ())
     assert max(map(abs, errors_in_u(records, solution).values())) < 4.0

@@ -44,7 +44,7 @@ def off(found: Estimate, station: Station) -> dict[str, float]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("window", [5, 15])
+@pytest.mark.parametrize("window", [5, pytest.param(15, marks=pytest.mark.study)])
 def test_a_savitzky_golay_filter_is_repaired(tmp_path: Path, window: int) -> None:
     found = estimate(tmp_path, "i", partial(savgol_filter, window_length=window, polyorder=3),
                      MEDIUM)  # fmt: skip
@@ -66,7 +66,9 @@ def test_a_savitzky_golay_filter_is_repaired(tmp_path: Path, window: int) -> Non
     [
         pytest.param("i", lambda y: filtfilt(*BUTTERWORTH, y), marks=pytest.mark.study),
         ("w", lambda y: filtfilt(*BUTTERWORTH, y)),
-        ("w", lambda y: uniform_filter1d(y, 15, mode="nearest")),
+        pytest.param(
+            "w", lambda y: uniform_filter1d(y, 15, mode="nearest"), marks=pytest.mark.study
+        ),
     ],
 )
 def test_none_is_wrong_in_silence(tmp_path: Path, column: str, smoothing: Smoothing) -> None:
@@ -75,8 +77,10 @@ def test_none_is_wrong_in_silence(tmp_path: Path, column: str, smoothing: Smooth
 
 
 @pytest.mark.slow
-def test_a_log_as_recorded_is_not_said_to_be_smoothed(tmp_path: Path) -> None:
-    for station in STATIONS[:2]:
-        found = estimate(tmp_path, "i", np.asarray, station)
-        assert not [one for one in found.suspects if one.strength == "named"]
-        assert not [one for one in found.diagnostics if one.code == "lack_of_fit"]
+@pytest.mark.parametrize(
+    "station", [pytest.param(STATIONS[0], marks=pytest.mark.study), MEDIUM], ids=lambda s: s.name
+)
+def test_a_log_as_recorded_is_not_said_to_be_smoothed(tmp_path: Path, station: Station) -> None:
+    found = estimate(tmp_path, "i", np.asarray, station)
+    assert not [one for one in found.suspects if one.strength == "named"]
+    assert not [one for one in found.diagnostics if one.code == "lack_of_fit"]
