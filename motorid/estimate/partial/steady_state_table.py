@@ -194,7 +194,8 @@ def _undeclared(shifted: Sequence[Columns]) -> tuple[Diagnostic, ...]:
             "no_instrument_uncertainty",
             "info",
             "No uncertainty of gain or offset is declared for these points, so the intervals hold "
-            "their scatter only; import them with --gain-uncertainty, such as current=0.005.",
+            "their scatter and the winding's warming only; import them with --gain-uncertainty, "
+            "such as current=0.005.",
         ),
     )
 

@@ -43,8 +43,8 @@ PASSES = 3  # of the current that a rise multiplies, which is the fitted one
 @dataclass(frozen=True)
 class Course:
     """``share`` s (n,) of the rows, the rise q with its variance, and R and K beside it;
-    ``likelihood``: beside that of the best course. ``parts``: of how many it is made; two are no less
-    likely before the rows are seen.
+    ``likelihood``: beside that of the best course. ``parts``: of how many it is made; two are no
+    less likely before the rows are seen.
     """
 
     share: Floats
@@ -178,10 +178,7 @@ def warming(columns: Columns, tables: Sequence[int]) -> Warming | None:
     if not told:
         return None
     least = min(left for _, left in told)
-    weighed = [
-        replace(one, likelihood=float((least / left) ** (points / 2)))
-        for one, left in told
-    ]
+    weighed = [replace(one, likelihood=float((least / left) ** (points / 2))) for one, left in told]
     weighed.sort(key=lambda course: -course.likelihood)
     best = weighed[0]
     seen = best.rise > _surely(points - 2 - best.parts) * np.sqrt(best.variance)
