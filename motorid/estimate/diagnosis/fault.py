@@ -45,6 +45,9 @@ class Hypothesis:
     does looks like it, so that it must explain most of a small misfit. ``stepwise``: it acts in
     whole samples. ``afterwards``: it was done to the readings of a log, and no fit of
     logs looks for it by itself. ``whole``: its size is a whole number, at which a fit holds it.
+    ``place``: that of its quantity at a size, whose first number alone is an unknown then.
+    ``scatter``: variance (SI) of every block's readings that chance gives the fault at a size: so
+    much of what it leaves is its own.
     """
 
     code: str
@@ -63,6 +66,8 @@ class Hypothesis:
     stepwise: bool = False
     afterwards: bool = False
     whole: bool = False
+    place: Callable[[Floats], int] | None = None
+    scatter: Effect | None = None
 
 
 def acting(quantity: InfluenceQuantity) -> Effect:

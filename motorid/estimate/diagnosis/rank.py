@@ -30,7 +30,7 @@ from motorid.estimate.diagnosis.faults import (
 )
 from motorid.estimate.diagnosis.faults.bridge import pulse_distortion, supply_path
 from motorid.estimate.diagnosis.input_noise import InputNoise
-from motorid.estimate.diagnosis.refit import Refit, go_on, refit, residuals
+from motorid.estimate.diagnosis.refit import Refit, go_on, refit, rest
 from motorid.estimate.diagnosis.score_test import Screen
 from motorid.estimate.fit.block_regression import Size
 from motorid.estimate.fit.start_values import start_values
@@ -51,6 +51,7 @@ SCREENED = (
     distorted_readings,
     declared_brushes,
     supply_path,
+    encoder_bandwidth,
 )  # by derivatives
 SEEN = (
     load_slip,
@@ -89,7 +90,8 @@ class Trial:
 
     ``share`` is that of all that there is to explain; ``shift`` how the fault moved each parameter,
     as a share of it, the ``farthest`` in ``_deviations``; ``seen``: the plain laws show it in
-    blocks of the capture; ``chance``: share of its size that noise of a voltage makes.
+    blocks of the capture; ``chance``: share of its size that noise of a voltage makes; ``own``: as
+    ``gain``, by what chance gives the fault itself, at most as much.
     """
 
     hypothesis: Hypothesis
@@ -101,6 +103,7 @@ class Trial:
     clear: bool
     seen: bool = False
     chance: float = 0.0
+    own: float = 0.0
 
     @property
     def convincing(self) -> bool:
@@ -131,25 +134,26 @@ class Convicted:
 
 
 def suspects(
-    records: Sequence[MotorRecord],
-    solution: Solution,
-    parameters: Mapping[str, Parameter],
+    records: Sequence[MotorRecord], solution: Solution, parameters: Mapping[str, Parameter]
 ) -> tuple[tuple[Suspect, ...], Convicted | None]:
     """What in the measuring chain spoils these captures, the surest first, and which of it was
     convicted by a fit; empty: nothing seen. ``parameters``: how well each is known.
     """
     found = direct(records) + unstated_channels.suspects(records, solution)
     found += pulse_distortion.suspects(records, solution)
-    if spoiling(found):
+    others = [s for s in found if s.code != encoder_bandwidth.LOST]
+    if spoiling(others):
         return tuple(found), None
     some, alone, k = _odd_one_out(records, solution)
     trial = tried(some, alone, parameters)
     if trial is None or trial.hypothesis.code in {f.code for f in found}:
         return tuple(found), None
+    if spoiling(found) and trial.hypothesis.code != encoder_bandwidth.MISSED:
+        return tuple(found), None  # counts that are lost at no rate of their own
     where = "" if k is None else f" (run {k + 1})"
     said = _said(trial, some, alone, where)
     convicted = Convicted(said, tuple(range(len(records))) if k is None else (k,), trial)
-    return (*found, convicted.suspect), convicted
+    return (*others, convicted.suspect), convicted
 
 
 def spoiling(found: Sequence[Suspect]) -> bool:
@@ -201,7 +205,9 @@ def direct(records: Sequence[MotorRecord]) -> list[Suspect]:
     found: list[Suspect] = []
     for k, record in enumerate(records):
         run = [
-            *lost_samples.suspects(record.capture, record.timeline),
+            *encoder_bandwidth.unsized(
+                record, lost_samples.suspects(record.capture, record.timeline)
+            ),
             *lost_rows.suspects(record.capture, record.judged_at),
             *repeated_readings.suspects(record.capture),
             *current_zero.suspects(record),
@@ -213,9 +219,7 @@ def direct(records: Sequence[MotorRecord]) -> list[Suspect]:
 
 
 def tried(
-    records: Sequence[MotorRecord],
-    solution: Solution,
-    parameters: Mapping[str, Parameter],
+    records: Sequence[MotorRecord], solution: Solution, parameters: Mapping[str, Parameter]
 ) -> Trial | None:
     """What a fit with its size as an unknown convicts: the best of all, if it convinces."""
     found = trials(records, solution, parameters)
@@ -256,20 +260,18 @@ def _moved(h: Hypothesis, found: Refit, usual: Floats, names: Sequence[str]) -> 
 
 
 def trials(
-    records: Sequence[MotorRecord],
-    solution: Solution,
-    parameters: Mapping[str, Parameter],
+    records: Sequence[MotorRecord], solution: Solution, parameters: Mapping[str, Parameter]
 ) -> list[Trial]:
     """Every hypothesis that promises enough, after its own fit, the best first."""
-    left = misfit.residuals(records, solution)
+    residuals = misfit.residuals(records, solution)
     readings = sum(m.block.count for r in records for m in r.measured)
-    excess = misfit.excess(records, left)
+    excess = misfit.excess(records, residuals)
     clear = CLEAR * inflation(solution)
     least = min(LIKELY * readings, clear)
     if excess * readings < least:
         return []
     driven = InputNoise.of(records, solution)
-    if misfit.excess(records, left, driven.variances()) * readings < least:
+    if misfit.excess(records, residuals, driven.variances()) * readings < least:
         return []
     promise = min(WORTH * readings, clear)
     rivals = list(_rivals(records, solution, promise, driven.screen))
@@ -291,14 +293,15 @@ def trials(
         }
         moves = _moved(hypothesis, found, usual.values, names)
         far = max((m / sd for m, sd in zip(moves, deviations, strict=True) if sd > 0), default=0.0)
-        share, sure = gain / max(excess, 1e-9), gain * readings > clear
+        left, scattered = rest(records, found, hypothesis)
+        most = excess if hypothesis.scatter is None else gain + left
+        share, sure = gain / max(most, 1e-9), gain * readings > clear
         chance = driven.share(hypothesis, found.size)
-        out.append(Trial(hypothesis, found, gain, share, shift, far, sure, seen, chance))
-        if out[-1].convincing:
-            rest = misfit.excess(records, residuals(records, found, hypothesis))
-            if rest < min(REST * excess, clear / readings):
-                break
-    return sorted(out, key=lambda t: -t.gain)
+        own = min(scattered, gain)
+        out.append(Trial(hypothesis, found, gain, share, shift, far, sure, seen, chance, own))
+        if out[-1].convincing and left < min(REST * excess, clear / readings):
+            break
+    return sorted(out, key=lambda t: -t.gain - t.own)
 
 
 def _deviations(solution: Solution, parameters: Mapping[str, Parameter]) -> list[float]:

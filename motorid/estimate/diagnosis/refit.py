@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.errors import DataError
+from motorid.estimate.diagnosis import misfit
 from motorid.estimate.diagnosis.fault import Hypothesis
 from motorid.estimate.fit.block_regression import Size
 from motorid.estimate.model.capture_model import MotorRecord
@@ -92,6 +93,39 @@ def residuals(
     return [Widened(r, own, hypothesis).residuals(search.values, own) for r, own in each]
 
 
+def rest(
+    records: Sequence[MotorRecord], found: Refit, hypothesis: Hypothesis
+) -> tuple[float, float]:
+    """The excess that a fit with a fault leaves beyond what chance gives the fault itself; and how
+    much of it that is.
+    """
+    if not math.isfinite(found.objective):
+        return math.inf, 0.0
+    more = scatter(records, found.values, found.search.own, hypothesis, found.size)
+    left = residuals(records, found, hypothesis)
+    beyond = misfit.excess(records, left, more)
+    return beyond, misfit.excess(records, left) - beyond if more else 0.0
+
+
+def scatter(
+    records: Sequence[MotorRecord],
+    values: Floats,
+    own: Sequence[Floats],
+    hypothesis: Hypothesis,
+    size: Floats,
+) -> list[list[float]]:
+    """Variance (SI) by record and channel, as weighed, that chance gives a fault of a size."""
+    if hypothesis.scatter is None:
+        return []
+    return [
+        [
+            float(np.mean(v if m.root_weights is None else v * m.root_weights**2))
+            for m, v in zip(r.measured, hypothesis.scatter(r, values, o, size), strict=True)
+        ]
+        for r, o in zip(records, own, strict=True)
+    ]
+
+
 def plain(records: Sequence[MotorRecord], solution: Solution) -> Solution:
     """The derivatives at ``solution`` in white noise: what a fit weighs down is seen again."""
     shared = [
@@ -116,6 +150,8 @@ def _from(
         h = hypothesis
         bounds = zip(size, h.scale, h.lower, h.upper, strict=True)
         more = [Unknown(f"size {k}", a, b, c, scale=s) for k, (a, s, b, c) in enumerate(bounds)]
+        if h.place is not None:  # between two levels nothing tells where it is
+            more[1:] = [replace(u, lower=u.start, upper=u.start) for u in more[1:]]
     widened = [Widened(r, own, hypothesis) for r, own in zip(records, start.own, strict=True)]
     p = len(shared)
     try:

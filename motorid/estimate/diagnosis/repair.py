@@ -15,6 +15,7 @@ from motorid.capture.model import Capture
 from motorid.errors import DataError
 from motorid.estimate.diagnosis import misfit, rank
 from motorid.estimate.diagnosis.faults import current_zero, lost_samples, missing_samples
+from motorid.estimate.diagnosis.refit import scatter
 from motorid.estimate.effects.influence_quantity import Instance
 from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
 from motorid.estimate.fit.multistart import settled, whitened, with_repeated
@@ -69,7 +70,8 @@ def repaired(
             continue  # the fault stays named, and what it may have moved stays doubtful
         if fitted is None or not fitted[1].converged:
             continue
-        rest = _rest(was, *fitted)
+        named = convicted if convicted is not None and suspect is convicted.suspect else None
+        rest = _rest(was, *fitted, named)
         if rest <= REST:
             after = merged(held, fitted[1])
             moves = {name: math.sqrt(rest) * abs(after[name] - before[name]) for name in after}
@@ -78,11 +80,20 @@ def repaired(
     return None
 
 
-def _rest(was: float, records: Sequence[MotorRecord], solution: Solution) -> float:
+def _rest(
+    was: float,
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    convicted: rank.Convicted | None,
+) -> float:
     """Share of what ``was`` misfit that a fault leaves: as much of what it does may be left; none
-    where no other fault is called for.
+    where no other fault is called for. What chance gives the fault is its own.
     """
-    now = misfit.of_fit(records, solution)
+    left, more = misfit.residuals(records, solution), []
+    if convicted is not None:
+        trial = convicted.trial
+        more = scatter(records, solution.values, solution.own, trial.hypothesis, trial.found.size)
+    now = misfit.excess(records, left, more)
     if now < rank.LIKELY:
         return 0.0
     return now / was if now < rank.SURELY else math.inf
@@ -147,8 +158,9 @@ def _with_quantity(
     hypothesis, size = convicted.trial.hypothesis, float(convicted.trial.found.size[0])
     if hypothesis.quantity is None:
         return None
-    one, again = Instance(hypothesis.quantity), _unweighed(records)
-    (scale,), (lower,), (upper,) = hypothesis.scale, hypothesis.lower, hypothesis.upper
+    place = 0 if hypothesis.place is None else hypothesis.place(convicted.trial.found.size)
+    one, again = Instance(hypothesis.quantity, place), _unweighed(records)
+    scale, lower, upper = hypothesis.scale[0], hypothesis.lower[0], hypothesis.upper[0]
     if hypothesis.whole:
         size = lower = upper = float(round(size))
     for k in convicted.records:

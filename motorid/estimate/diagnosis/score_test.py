@@ -64,8 +64,9 @@ class Screen:
             n * float(np.log(max(before, TINY) / max(after[kind][1], TINY)))
             for kind, (n, before) in self._squares.items()
         )
-        # a lone size is a unit to be scaled; of several, each stands for itself
-        scaled = (size[0] * factor, *size[1:]) if len(hypothesis.sizes) == 1 else size
+        # a lone size, or one at a place, is a unit to be scaled; of several, each stands for itself
+        unit = len(hypothesis.sizes) == 1 or hypothesis.place is not None
+        scaled = (size[0] * factor, *size[1:]) if unit else size
         bounded = np.clip(scaled, hypothesis.lower, hypothesis.upper)
         return Score(hypothesis, tuple(bounded.tolist()), gain)
 

@@ -22,6 +22,7 @@ from motorid.estimate.effects.reading.current_gain import CURRENT_GAIN
 from motorid.estimate.effects.reading.current_nonlinearity import CURRENT_NONLINEARITY
 from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
 from motorid.estimate.effects.reading.driven_current_offset import DRIVEN_CURRENT_OFFSET
+from motorid.estimate.effects.reading.missed_counts import MISSED_COUNTS
 from motorid.estimate.effects.reading.motion_gain import MOTION_GAIN
 from motorid.estimate.effects.reading.position_origin import POSITION_ORIGIN
 from motorid.estimate.effects.reading.smoothing import SMOOTHED
@@ -141,6 +142,7 @@ ADDED = (
     ENCODER_ERROR,
     SPEED_FILTER,
     SPEED_DEAD_BAND,
+    MISSED_COUNTS,
     *(kind for kinds in SMOOTHED.values() for kind in kinds.values()),
     DRIVEN_CURRENT_OFFSET,
     REFERENCE_SAG,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import replace
 
 import numpy as np
@@ -60,10 +60,21 @@ class WideRecord(MotorRecord):
             for term in terms
             if term.phase and not (first and term.phase is INITIAL_WARMTH)
         ]
-        known = {one.name for one in (*self.instances, *begins)}
-        promoted = [one for one in six.instances if one.name not in known]
-        self.estimate(*begins, *promoted)
+        self.estimate(*begins)
+        self._carry(six, {one.name for one in (*self.instances, *begins)})
         self.adopt(six)
+
+    def _carry(self, six: MotorRecord, known: Set[str]) -> None:
+        """Have its unknowns besides, in its order: what was promoted, and faults that were found,
+        of which no capture says anything.
+        """
+        more = {}
+        for one, of_six in zip(six.instances, six.unknowns, strict=True):
+            usual = one.unknown(self) or (of_six if one in six.found else None)
+            if usual is not None and one.name not in known:
+                more[one] = usual
+        self._take([*zip(self.instances, self.unknowns, strict=True), *more.items()])
+        self.found |= six.found & more.keys()
 
     def adopt(self, other: MotorRecord) -> None:
         """Be driven as another record of the same capture is."""

@@ -2,7 +2,8 @@
 
     V = R i + K ω        T_load = K i − B ω − T0
 
-Both are fitted as straight lines by least squares. At one supply voltage current and speed lie on
+Both are fitted as straight lines by least squares. The first bends where the winding warms
+(``table_warming``). At one supply voltage current and speed lie on
 a line of their own, and B cannot be told from K and T0: it is taken as 0 in the torque's slope with
 the current, which is K.
 """
@@ -18,8 +19,12 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, SPEED, TORQUE, VOLTAGE, Capture
 from motorid.capture.store import describe
 from motorid.errors import DataError, UsageError
+from motorid.estimate.effects.brush_and_heating import WARMING
 from motorid.estimate.partial.mechanical_results import Judge, Quantity, fixed, unknown
+from motorid.estimate.partial.table_warming import Warming, line, of_slopes, warming
 from motorid.estimate.results.estimate import PARAMETERS, UNITS, Diagnostic, Estimate, Parameter
+from motorid.estimate.uncertainty.budget import INSTRUMENTS
+from motorid.estimate.uncertainty.covariance import NOISE
 from motorid.estimate.uncertainty.unstated_gains import PART, gains_of, moved
 from motorid.version import __version__
 
@@ -56,7 +61,8 @@ def fit(captures: Sequence[Capture], *, fix: Mapping[str, float] | None = None) 
         )
     judge = Judge(points - 2)
     shifted = list(_shifted(captures, columns))
-    electrical = _with_instrument(_electrical, columns, shifted)
+    warmed = warming(columns, [len(capture) for capture in captures])
+    electrical, open_of = _electrical_with(warmed, columns, shifted)
     torque = _with_instrument(_torque, columns, shifted)
     if electrical and torque:  # two ways to K: their difference is a systematic uncertainty
         apart = abs(electrical["K"].value - torque["K"].value) / 2
@@ -85,6 +91,7 @@ def fit(captures: Sequence[Capture], *, fix: Mapping[str, float] | None = None) 
         degrees_of_freedom=points - 2,
         evaluations=1,
         diagnostics=(
+            *(warmed.remarks(open_of, electrical["R"].value) if warmed and electrical else ()),
             *_apart(electrical, torque),
             *_too_straight(columns),
             *_undeclared(shifted),
@@ -93,17 +100,50 @@ def fit(captures: Sequence[Capture], *, fix: Mapping[str, float] | None = None) 
         inputs=tuple(describe(capture) for capture in captures),
         options={"fix": dict(fix or {})},
         versions={"motorid": __version__, "numpy": np.__version__},
+        budget=_budget(electrical, torque, open_of),
         not_stated={
-            gain: moved(found, _judged(judge, _solved(columns, name)))
+            gain: moved(found, _judged(judge, _solved(columns, name, warmed)))
             for gain, name in gains_of(captures, columns).items()
         },
     )
 
 
-def _solved(columns: Columns, name: str) -> dict[str, Quantity]:
+def _electrical_with(
+    warmed: Warming | None, columns: Columns, shifted: Sequence[Columns]
+) -> tuple[dict[str, Quantity], dict[str, float]]:
+    """R and K with what warming does to them, and what it leaves open of each (SI)."""
+    if warmed is None:
+        return _with_instrument(_electrical, columns, shifted), {}
+    found = _with_instrument(lambda other: _electrical(warmed.cold(other)), columns, shifted)
+    if not found:
+        return {}, {}
+    lines = warmed.lines(columns, _electrical)
+    told = warmed.quantities(found)
+    return {
+        name: replace(told[name], instrument=float(np.hypot(q.instrument, lines[name])))
+        for name, q in found.items()
+    }, lines
+
+
+def _budget(
+    electrical: Mapping[str, Quantity],
+    torque: Mapping[str, Quantity],
+    lines: Mapping[str, float],
+) -> dict[str, dict[str, float]]:
+    """Standard uncertainties (SI) by cause; of K, those of the way that gives it."""
+    out = {}
+    for name, q in {**electrical, **torque}.items():
+        warm = lines.get(name, 0.0) if name not in torque else 0.0
+        declared = float(np.sqrt(max(q.instrument**2 - warm**2, 0.0)))
+        each = {NOISE: float(np.sqrt(q.variance)), WARMING: warm, INSTRUMENTS: declared}
+        out[name] = {cause: u for cause, u in each.items() if u > 0.0}
+    return out
+
+
+def _solved(columns: Columns, name: str, warmed: Warming | None) -> dict[str, Quantity]:
     """R, K and T0 if a column reads 1 % too much."""
     true = {**columns, name: columns[name] * (1.0 - PART)}
-    return _electrical(true) | _torque(true)
+    return _electrical(true if warmed is None else warmed.cold(true)) | _torque(true)
 
 
 def _joined(captures: Sequence[Capture], name: str) -> Floats:
@@ -154,7 +194,8 @@ def _undeclared(shifted: Sequence[Columns]) -> tuple[Diagnostic, ...]:
             "no_instrument_uncertainty",
             "info",
             "No uncertainty of gain or offset is declared for these points, so the intervals hold "
-            "their scatter only; import them with --gain-uncertainty, such as current=0.005.",
+            "their scatter and the winding's warming only; import them with --gain-uncertainty, "
+            "such as current=0.005.",
         ),
     )
 
@@ -163,36 +204,12 @@ def _judged(judge: Judge, quantities: Mapping[str, Quantity]) -> dict[str, Param
     return {name: judge.parameter(name, UNITS[name], q) for name, q in quantities.items()}
 
 
-def _line(drive: Floats, *regressors: Floats) -> tuple[Floats, Floats]:
-    """Least-squares coefficients and their covariance, of the points with every reading."""
-    matrix = np.stack(regressors, axis=1)
-    whole = np.isfinite(matrix).all(axis=1) & np.isfinite(drive)
-    if not whole.all():
-        matrix, drive = matrix[whole], drive[whole]
-    if len(drive) <= matrix.shape[1]:
-        raise DataError(f"{len(drive)} whole steady points are too few: add points, or readings")
-    values, _, rank, _ = np.linalg.lstsq(matrix, drive, rcond=None)
-    if rank < matrix.shape[1]:
-        raise DataError("the steady points are all alike: nothing can be fitted to them")
-    residual = drive - matrix @ values
-    variance = float(residual @ residual) / max(len(drive) - len(values), 1)
-    covariance = variance * np.linalg.inv(matrix.T @ matrix)
-    return np.asarray(values, np.float64), np.asarray(covariance, np.float64)
-
-
 def _electrical(columns: Mapping[str, Floats]) -> dict[str, Quantity]:
     """R and K from i = V/R − (K/R) ω."""
     current, speed, volts = columns[CURRENT], columns[SPEED], columns[VOLTAGE]
     if not len(volts) or not len(speed):
         return {}
-    (g, h), cov = _line(current, volts, -speed)
-    if g <= 0:
-        return {}
-    slope = np.array([-h / g**2, 1 / g])
-    return {
-        "R": Quantity(float(1 / g), float(cov[0, 0] / g**4)),
-        "K": Quantity(float(h / g), float(slope @ cov @ slope)),
-    }
+    return of_slopes(*line(current, volts, -speed))
 
 
 def _torque(columns: Mapping[str, Floats]) -> dict[str, Quantity]:
@@ -200,7 +217,7 @@ def _torque(columns: Mapping[str, Floats]) -> dict[str, Quantity]:
     current, torque = columns[CURRENT], columns[TORQUE]
     if not len(torque):
         return {}
-    (K, T0), cov = _line(torque, current, -np.ones(len(torque)))
+    (K, T0), cov = line(torque, current, -np.ones(len(torque)))
     return {"K": Quantity(float(K), float(cov[0, 0])), "T0": Quantity(float(T0), float(cov[1, 1]))}
 
 

@@ -202,7 +202,11 @@ def size_of(solution: Solution, k: int, shapes: Sequence[int] = ()) -> float:
 
 
 def deviation_at(covariance: Floats, k: int, held: Sequence[int]) -> float:
-    """Standard deviation of the k-th of some uncertain numbers if others were known."""
+    """Standard deviation of the k-th of some uncertain numbers if others were known; infinite where
+    nothing bounds them.
+    """
+    if not np.isfinite(covariance[np.ix_([k, *held], [k, *held])]).all():
+        return np.inf
     scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     table = covariance / np.outer(scale, scale)
     if len(held):

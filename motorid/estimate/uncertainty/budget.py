@@ -33,8 +33,10 @@ BENT = "inductance hardly told"  # what hangs on it by no straight line
 UNSTATED = (
     "unstated lags and filters"  # of a log's channels, as far as the readings leave them open
 )
+INSTRUMENTS = "gains and offsets"  # of a table of steady points, as far as they are declared
 REST = {  # what is left when every influence quantity has its line
     NOISE: "record longer runs with more changes of speed, or more of them",
+    INSTRUMENTS: "calibrate the instruments that read the table",
     SPREAD: "clamp motor and sensors alike in every run, and take more runs",
     SETTLING: "drive by higher or lower levels: at these the ripple turns the current",
     UNSTATED: "declare the delays and filters of the log's channels (--delay, --filter)",

@@ -36,15 +36,13 @@ class Fits:
         monkeypatch.setattr(misfit, "residuals", lambda *_: [])
         variances = () if driven is None else "variances"
         left = {(): excess, "variances": driven}
-        monkeypatch.setattr(rank, "residuals", lambda *_: ["rest"])
+        monkeypatch.setattr(rank, "rest", lambda *_: (rest, 0.0))
         noise = SimpleNamespace(
             screen="screen",
             variances=lambda: variances,
             share=lambda h, size: chance * float(size[0]) * (h.code != "certain"),
         )
-        monkeypatch.setattr(
-            misfit, "excess", lambda _, of, more=(): rest if of == ["rest"] else left[more]
-        )
+        monkeypatch.setattr(misfit, "excess", lambda _, of, more=(): left[more])
         monkeypatch.setattr(rank, "InputNoise", SimpleNamespace(of=lambda *_: noise))
         monkeypatch.setattr(rank, "refit", self.refit)
         monkeypatch.setattr(rank, "_rivals", lambda *given: self.asked(*given))

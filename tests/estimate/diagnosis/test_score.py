@@ -49,7 +49,7 @@ def fault(*sizes: tuple[float, ...], lower: float = -9.0, upper: float = 9.0) ->
 
     k = len(sizes[0])
     return SimpleNamespace(
-        effect=effect, sizes=sizes, lower=(lower,) * k, upper=(upper,) * k
+        effect=effect, sizes=sizes, lower=(lower,) * k, upper=(upper,) * k, place=None
     )  # fmt: skip
 
 
@@ -98,6 +98,11 @@ def test_of_several_sizes_the_best_stands_for_itself(monkeypatch: pytest.MonkeyP
     assert found.size in ((0.1, 3.0), (0.4, 2.0))  # along a line both explain as much
     lone = screen(monkeypatch, left(0.5)).best(fault((1.0, 2.0)))
     assert lone.size == pytest.approx((0.5, 2.0), abs=0.03)  # the first is scaled alone
+    placed = fault((0.1, 3.0), (0.4, 2.0))
+    placed.place = lambda size: 7
+    at = screen(monkeypatch, left(0.5)).best(placed)
+    assert at.size[0] == pytest.approx(0.5, abs=0.03)  # so is one that has a place
+    assert at.size[1] in (3.0, 2.0)
     bounded = screen(monkeypatch, left(0.5)).best(fault((1.0,), upper=0.3))
     assert bounded.size == (0.3,)
     below = screen(monkeypatch, left(-0.5)).best(fault((1.0,), lower=-0.3))

@@ -11,7 +11,7 @@ import pytest
 
 from motorid.capture.model import CURRENT, SPEED
 from motorid.errors import DataError
-from motorid.estimate.diagnosis import fault, rank, refit
+from motorid.estimate.diagnosis import fault, misfit, rank, refit
 from motorid.estimate.diagnosis.fault import Hypothesis
 from motorid.estimate.diagnosis.refit import Widened
 from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
@@ -249,3 +249,33 @@ def test_responses_are_of_channels_with_a_sign_and_in_their_unit() -> None:
     assert fault.current_of(one, none, none) == pytest.approx([1.0, 2.0])
     bare = record(measured=measured[1:], readings=lambda *_: rows, emf_constant=lambda _: 0.05)
     assert fault.current_of(bare, none, none) is None
+
+
+def test_a_fault_with_a_place_is_fitted_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    searched, start = Searched(monkeypatch, 3.0), solution()
+    object.__setattr__(start, "own", (np.array([0.25, 0.5]),))
+    refit.refit([record()], [start], hypothesis(place=lambda size: 7), (0.7, 0.8))
+    ((unknowns, _, _),) = searched.asked
+    assert [(u.start, u.lower, u.upper) for u in unknowns[-2:]] == [(0.7, -1.0, 4.0), (0.8,) * 3]
+
+
+def test_what_chance_gives_a_fault_is_told_from_what_it_leaves(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    search: Any = SimpleNamespace(own=[np.zeros(1)])
+    found = refit.Refit(np.zeros(2), np.array([0.1]), 5.0, search)
+    given: list[Any] = []
+
+    def excess(_: Any, of: Any, more: Any = ()) -> float:
+        given.append(more)
+        return 0.2 if more else 0.9
+
+    monkeypatch.setattr(refit, "residuals", lambda *_: "left")
+    monkeypatch.setattr(misfit, "excess", excess)
+    one: Any = SimpleNamespace(measured=[SimpleNamespace(root_weights=np.array([1.0, 2.0]))])
+    chance = hypothesis(scatter=lambda *_: [np.array([3.0, 1.0])])
+    assert refit.rest([one], found, chance) == pytest.approx((0.2, 0.7))
+    assert given[0] == [[3.5]]  # by weights: (3 + 4 · 1) / 2
+    assert refit.rest([one], found, hypothesis()) == (0.9, 0.0)
+    nowhere = refit.Refit(np.zeros(2), np.array([0.1]), math.inf, found.search)
+    assert refit.rest([one], nowhere, chance) == (math.inf, 0.0)

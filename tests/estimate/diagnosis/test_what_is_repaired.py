@@ -34,7 +34,15 @@ def suspect(code: str, **facts: Any) -> Suspect:
 
 def convicted(one: Suspect, records: tuple[int, ...] = (0,), **hypothesis: Any) -> Convicted:
     h = SimpleNamespace(
-        **{"quantity": None, "remedy": None, "afterwards": False, "whole": False, **hypothesis}
+        **{
+            "quantity": None,
+            "remedy": None,
+            "afterwards": False,
+            "whole": False,
+            "place": None,
+            "scatter": None,
+            **hypothesis,
+        }
     )
     found = SimpleNamespace(size=np.array([-3e-4]), values=np.array([2.5, 0.06]))
     trial: Any = SimpleNamespace(hypothesis=h, found=found)
@@ -69,6 +77,8 @@ def mended(
         monkeypatch.setattr(repair, name, fit(name[6:]))
     misfits = iter([was, *[left] * len(found)])
     monkeypatch.setattr(repair.misfit, "of_fit", lambda *_: next(misfits))
+    monkeypatch.setattr(repair.misfit, "residuals", lambda *_: [])
+    monkeypatch.setattr(repair.misfit, "excess", lambda *_: next(misfits))
     return repair.repaired([], solution(), found, guilty, {"T0": 0.0}, ()), tried
 
 

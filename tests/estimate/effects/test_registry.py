@@ -28,7 +28,7 @@ UNSEEN = {"initial warmth", "cogging phase", "ripple phase"}  # by the six-param
 BY_SQUARE = {q.name for q in SECOND_ORDER.values()}  # no slope where they are none
 BY_OTHERS = {
     "ripple of K", "ripple of R", "cogging torque", "encoder error", "current offset while driven",
-    "speed filter", "speed dead band", "supply path", "quadratic friction",
+    "speed filter", "speed dead band", "missed counts", "supply path", "quadratic friction",
     "friction by direction", "friction ripple",
     "sag of the reference", "voltage noise", "PWM ripple", "ambient temperature", "self-heating",
     "copper coefficient", "magnets' coefficient",

@@ -9,11 +9,14 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import POSITION
+from motorid.estimate.effects.influence_quantity import Instance
+from motorid.estimate.effects.reading.missed_counts import MISSED_COUNTS
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_capture_model import WideRecord
 from motorid.estimate.model.extended_terms import ADDED, NAMES, TERMS, Scales
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.measurements import EMF
+from motorid.estimate.solver.problem import Unknown
 from tests.estimate.effects.benches import POINT, record, start
 
 SIZES = Scales(
@@ -229,3 +232,13 @@ def test_sources_are_judged_and_steps_are_planned_for_them() -> None:
     ((values, sizes),) = seen
     assert values == pytest.approx(shared(one))
     assert sizes is own
+
+
+def test_a_fault_that_was_found_is_an_unknown_of_wider_models_too() -> None:
+    """No capture says anything of it: its own prior is none."""
+    six, one = record("measured").twin(), Instance(MISSED_COUNTS, 500)
+    six.find({one: Unknown(MISSED_COUNTS.name, 0.004, 0.0, 0.5, prior_sd=0.004)})
+    wider = WideRecord(six, PARAMETERS, {}, [], SIZES, {}, first=True)
+    assert wider.instances == six.instances
+    assert wider.unknowns[-1].prior_sd == 0.004
+    assert one in wider.found

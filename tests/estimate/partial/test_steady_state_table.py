@@ -75,10 +75,14 @@ def test_the_instrument_part_is_what_drawn_errors_scatter_by() -> None:
 
 def test_what_is_not_declared_is_said() -> None:
     bare = mechanical_fit.fit([points({}, {})])
-    assert bare.parameters["R"].instrument == 0
+    warming = bare.budget["R"]["winding warming"]
+    assert bare.parameters["R"].instrument == pytest.approx(warming)
+    assert "gains and offsets" not in bare.budget["R"]
     assert "no_instrument_uncertainty" in [d.code for d in bare.diagnostics]
     stated = mechanical_fit.fit([declared(points({}, {}))])
     assert "no_instrument_uncertainty" not in [d.code for d in stated.diagnostics]
+    declared_part = stated.budget["R"]["gains and offsets"]
+    assert stated.parameters["R"].instrument == pytest.approx(np.hypot(warming, declared_part))
 
 
 def test_two_tables_of_one_bench_do_not_average_its_gain_away() -> None:

@@ -76,7 +76,7 @@ def test_what_nobody_declared_is_said_once() -> None:
 
 def test_three_points_for_two_figures_leave_one_degree_of_freedom() -> None:
     """Off by 1, -2 and 1 about a level line: 6 over one degree, and three readings."""
-    values, covariance = module._line(
+    values, covariance = module.line(
         np.array([4.0, 1.0, 4.0]), np.array([-1.0, 0.0, 1.0]), np.ones(3)
     )
     assert values == pytest.approx([0.0, 3.0])

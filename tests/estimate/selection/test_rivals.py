@@ -25,3 +25,6 @@ def test_a_size_is_sharper_where_its_shape_is_known() -> None:
     assert deviation_at(table, 0, []) == pytest.approx(2e-6)
     assert deviation_at(table, 0, [2]) == pytest.approx(2e-6)
     assert deviation_at(table, 0, [1, 2]) == pytest.approx(2e-6 * np.sqrt(1 - 0.9**2))
+    table[1, 1] = np.inf  # which nothing bounds
+    assert deviation_at(table, 0, [1]) == np.inf
+    assert deviation_at(table, 0, [2]) == pytest.approx(2e-6)
