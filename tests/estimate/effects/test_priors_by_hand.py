@@ -51,11 +51,11 @@ def test_iron_is_expected_at_the_stall_current_of_the_motor() -> None:
 
 
 def test_commutation_is_expected_to_add_to_r_at_the_speed_of_the_highest_voltage() -> None:
-    """2 % of R there; its size counts in R over that speed, 8 V over K."""
+    """1 % of R there; its size counts in R over that speed, 8 V over K."""
     top = 8.0 / MOTOR[2]
     prior = COMMUTATION_RESISTANCE.prior(judged(), 0)
     assert prior is not None
-    assert (prior.sd * top, prior.mean) == (pytest.approx(0.02 * MOTOR[0]), 0.0)
+    assert (prior.sd * top, prior.mean) == (pytest.approx(0.01 * MOTOR[0]), 0.0)
     assert COMMUTATION_RESISTANCE.scale(judged()) * top == pytest.approx(MOTOR[0])
     assert COMMUTATION_RESISTANCE.prior(judged(None), 0) is None
 

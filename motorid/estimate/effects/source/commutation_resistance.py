@@ -20,7 +20,7 @@ from motorid.estimate.effects.influence_quantity import (
     Use,
 )
 
-USUAL = 0.02  # of R at the speed of the highest voltage: standard, stated by nobody
+USUAL = 0.01  # of R at the speed of the highest voltage: standard, stated by nobody
 
 
 def _scale(subject: Subject) -> float:
