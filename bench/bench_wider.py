@@ -32,7 +32,9 @@ RATE_HZ = 5_000.0
 BARE = "heating=0&stiction=1&current_range=6"
 LIMIT_A = 5.5  # of a reversal at full speed
 T0_NM = 4.3e-4  # of the preset
-STALL_A = 6.0 / 2.6
+R_OHM = 2.6
+STALL_A = 6.0 / R_OHM
+TOP = 6.0 / 7.68e-3  # rad/s, without friction
 
 
 def levels(seconds: float, *volts: float, coast_s: float = 0.8) -> Program:
@@ -70,6 +72,13 @@ EFFECTS = {
     "heating": Effect(
         "heating", "heating=1&load_inertia=2e-5", {"C_w": 8.0 / 6.0},
         levels(0.8, 6.0, -6.0, 6.0), 4_000.0,
+    ),
+    "commutation, 6 %": Effect(
+        "commutation-resistance", "commutation=0.06", {"c_R": 0.06 * R_OHM / TOP}
+    ),
+    "lifting brushes": Effect(
+        "commutation-resistance", f"commutation=0.06&commutation_speed={0.6 * TOP:g}",
+        {"c_R": 0.06 * R_OHM / (0.4 * TOP), "w_R": 0.6 * TOP},
     ),
     "two masses": Effect(
         "two-masses", "load_inertia=4e-7&shaft_stiffness=0.05&shaft_damping=2e-6",

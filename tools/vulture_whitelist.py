@@ -77,6 +77,8 @@ _.eddy_resistance
 _.coupling_torque
 _.short_depth
 _.stribeck_speed
+_.commutation
+_.commutation_speed
 _.k_ripple
 _.r_ripple
 _.copper_coefficient

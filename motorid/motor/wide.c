@@ -273,7 +273,8 @@ static void note_forces(wide_run *r)
     const int moving = p->k_ripple != 0.0 || p->reaction != 0.0, bent = p->saturation != 0.0;
     r->warms = p->warming != 0.0 || r->now.warmth != 0.0;
     r->sweeps = bent ? SATURATED_SWEEPS : SWEEPS;
-    r->acts[VOLTS] = moving || bent || r->warms || p->brush != 0.0 || p->r_ripple != 0.0;
+    r->acts[VOLTS] = moving || bent || r->warms || p->brush != 0.0 ||
+                     p->r_ripple != 0.0 || p->commutation != 0.0;
     r->acts[TORQUE] = moving || p->quadratic != 0.0 || p->stiction != 0.0 ||
                       p->load_friction != 0.0 || p->cogging != 0.0;
     r->acts[SHIELDED] = bent && r->rows > PLAIN;

@@ -1,9 +1,10 @@
 /* Response of a motor with more than six parameters, at readings as response.h's.
  *
- *   l1 L di/dt = v - (R (1 + warmth) + series) i - Ke w - drop(i) - u,     Ke = K (1 + emf)
+ *   l1 L di/dt = v - (R (1 + warmth) + rise(w) + series) i - Ke w - drop(i) - u,     Ke = K (1 + emf)
  *   J dw/dt = K i - B w - T0 (1 + asymmetry s) s - stiction s exp(-(w / stribeck)^2)
  *             - quadratic w |w| - load_friction |K i| s
  *             - cogging sin(cogging_per_turn th + phase) - coupling
+ *   rise(w)  = commutation max(|w| - commutation_from, 0)
  *   drop(i)  = brush i / sqrt(i^2 + brush_current^2), its mean over the PWM ripple
  *   d warmth/dt = warming (1 + warmth) i^2 - cooling warmth, i^2 with the ripple's
  *   K and Ke times 1 + k_ripple c, R times 1 + r_ripple c,  c = cos(ripple_per_turn th + phase)
@@ -39,6 +40,7 @@ typedef struct {
     double reaction, reaction_bend; /* 1/A, A */
     double saturation, saturation_current; /* 1, A */
     double eddy, eddy_time; /* 1, s */
+    double commutation, commutation_from; /* ohm s/rad, rad/s */
 } mw_motor;
 
 /* Of the first tick: A, rad/s, rad; warmth (1); phases (rad) of cogging and ripple at th = 0 */

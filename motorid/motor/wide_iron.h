@@ -1,4 +1,4 @@
-/* What the motor's iron does at a current: K and L that fall with it. Internal.
+/* What the motor's iron does at a current, K and L that fall with it; and its brushes at a speed. Internal.
  *
  * `swing` is half the width of the PWM ripple, a triangle: where the mean current is small, what
  * counts is the mean magnitude, or the mean square, of the current with its ripple. */
@@ -29,6 +29,12 @@ static inline double iron_inductance(const mw_motor *p, double i, double swing)
 static inline double eddy_resistance(const mw_motor *p)
 {
     return p->eddy == 0.0 ? 0.0 : p->eddy * p->L / p->eddy_time;
+}
+
+/* What commutation adds to R at that speed, ohm. */
+static inline double commutation_resistance(const mw_motor *p, double w)
+{
+    return p->commutation == 0.0 ? 0.0 : p->commutation * fmax(fabs(w) - p->commutation_from, 0.0);
 }
 
 /* Torque of the load's friction, N m. */

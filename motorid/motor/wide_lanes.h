@@ -17,7 +17,7 @@ typedef struct {
     lane R, L, K, B, J, T0, emf, brush, brush_current, quadratic, asymmetry, stiction, stribeck;
     lane cogging, cogging_per_turn, k_ripple, r_ripple, ripple_per_turn, warming, cooling;
     lane load_inertia, stiffness, damping, load_friction, reaction, reaction_bend;
-    lane saturation, saturation_current, eddy, eddy_time;
+    lane saturation, saturation_current, eddy, eddy_time, commutation, commutation_from;
 } lanes_motor;
 
 /* wide_map and wide_row; `extra`: the ripple's part of a tap. */

@@ -80,6 +80,13 @@ static inline lane lanes_inductance(const lanes *g, lane i, lane swing)
     return 1.0 - g->motor.saturation * square / (square + knee);
 }
 
+/* What commutation adds to R. */
+static inline lane lanes_commutation(const lanes *g, lane w)
+{
+    const lane none = {0}, above = each_fabs(w) - g->motor.commutation_from;
+    return g->motor.commutation * either(above > none, above, none);
+}
+
 static inline lane lanes_stribeck(const lanes *g, lane w)
 {
     const lanes_motor *p = &g->motor;
@@ -107,6 +114,7 @@ static inline void lanes_forces(const lanes *g, const lane *x, const lanes_turn 
     const lane i = x[WI], w = x[WW], left = lanes_constant(g, i);
     const double s = r->now.mode.s;
     lane volts = -p->R * warmth * i, torque = {0};
+    if (p->commutation[0] != 0.0) volts = -(p->R * warmth + lanes_commutation(g, w)) * i;
     if (p->brush[0] != 0.0 && r->now.mode.circuit != OPEN) volts -= p->brush * lanes_signs(g, i);
     if (p->quadratic[0] != 0.0) torque -= p->quadratic * w * each_fabs(w);
     if (p->stiction[0] != 0.0 && s != 0.0) torque -= s * lanes_stribeck(g, w);

@@ -60,7 +60,7 @@ static inline void forces(const wide_run *r, const wide_state *x, repeated t, do
     const mw_motor *p = r->motor;
     const double i = x->x[WI], w = x->x[WW];
     const int s = r->now.mode.s;
-    double volts = -p->R * warmth * i, torque = 0.0;
+    double volts = -(p->R * warmth + commutation_resistance(p, w)) * i, torque = 0.0;
     if (p->brush != 0.0 && r->now.mode.circuit != OPEN)
         volts -= p->brush * smooth_sign(i, p->brush_current, r->swing);
     if (p->quadratic != 0.0) torque -= p->quadratic * w * fabs(w);

@@ -45,6 +45,8 @@ MEANING = {
     "i_L": "current that takes half of it",
     "L2_share": "share of L beside eddies",
     "t_e": "time constant of the eddies",
+    "c_R": "rise of R with speed",
+    "w_R": "speed where R begins to rise",
     "K_rated": "K at the rated current",
     "L_rated": "L at the rated current",
     "L_1kHz": "L of a meter at 1 kHz",

@@ -14,7 +14,7 @@ DIGITS_WITHOUT_UNCERTAINTY = 6
 PREFIXES = {
     9: "G", 6: "M", 3: "k", 0: "", -3: "m", -6: "µ", -9: "n", -12: "p", -15: "f",
 }  # fmt: skip
-SYMBOLS = {"ohm": "Ω", "Ohm": "Ω", "1": ""}
+SYMBOLS = {"ohm": "Ω", "Ohm": "Ω", "ohm·s/rad": "Ω·s/rad", "1": ""}
 SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 RPM = 30 / math.pi  # in one rad/s
 IN_RPM = {"rad/s": "rpm", "rad/s/V": "rpm/V", "rad/(V·s)": "rpm/V", "rad/(s·V)": "rpm/V"}

@@ -278,6 +278,7 @@ def plant_params(options: Options, chain: Chain) -> Any:
     p.brush_current = BRUSH_CURRENT_SHARE * motor.stall_current_a if bend is None else bend
     p.k_ripple = p.r_ripple = options.ripple
     p.ripple_per_turn = motor.ripple_per_turn
+    p.commutation, p.commutation_speed = options.commutation_rise, options.commutation_speed
     _set_iron(p, options)
     p.ambient = options.ambient
     p.copper_coefficient, p.magnet_coefficient = COPPER_PER_K, MAGNET_PER_K

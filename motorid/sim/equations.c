@@ -82,6 +82,8 @@ void equations_evaluate(const plant *p, const double x[STATES], rates *out)
     }
     if (m->brush_bounce != 0.0)
         r += bad_contact(m, x[2]);
+    if (fabs(speed) > m->commutation_speed)
+        r += m->commutation * (fabs(speed) - m->commutation_speed);
     k *= iron_reaction(m, i);
     if (m->brush_drop != 0.0)
         brush = m->brush_drop * i / sqrt(i * i + m->brush_current * m->brush_current);

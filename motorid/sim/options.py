@@ -61,6 +61,10 @@ class Options:
     brush_drop: float = _number(0.0, 0, 10, "V over both brushes at large current")
     brush_current: float = _number(None, 0, 1e4, "A at which it bends (5 % of stall)")
     ripple: float = _number(0.0, 0, 0.5, "relative commutation ripple of K and R")
+    commutation: float = _number(0.0, 0, 1, "share of R that commutation adds at the speed V/K")
+    commutation_speed: float = _number(
+        0.0, 0, 1e5, "rad/s above which it does, as of lifting brushes"
+    )
     load_friction: float = _number(
         0.0, 0, 0.5, "dry friction over the torque that the current makes"
     )
@@ -175,6 +179,15 @@ class Options:
         return self.saturation * (1 + (half / stall) ** 2), half
 
     @property
+    def commutation_rise(self) -> float:
+        """What commutation adds to R for each rad/s above its speed, Ω·s/rad."""
+        if not self.commutation:
+            return 0.0
+        m = self.specimen
+        speed = m.voltage_v / m.torque_constant_nm_a - self.commutation_speed
+        return self.commutation * m.resistance_ohm / speed
+
+    @property
     def faults(self) -> tuple[Fault, ...]:
         """The faults asked for."""
         return parse_faults(self.fault)
@@ -245,6 +258,9 @@ def _checked(options: Options) -> Options:
         raise UsageError(
             "sim://: saturation needs a smaller saturation_current: no L would be left"
         )
+    top = options.specimen.voltage_v / options.specimen.torque_constant_nm_a
+    if options.commutation and options.commutation_speed >= top:
+        raise UsageError(f"sim://: commutation_speed must lie below V/K, {top:.0f} rad/s")
     decay_mask(options.decay_modes)
     return options
 

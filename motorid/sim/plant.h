@@ -48,6 +48,8 @@ typedef struct plant_params {
     double k_ripple;        /* relative amplitude with commutation */
     double r_ripple;
     double ripple_per_turn;
+    double commutation;     /* ohm for each rad/s above commutation_speed: coils that brushes short */
+    double commutation_speed;
     double load_friction;   /* dry friction over the electromagnetic torque's size */
     /* iron, see iron.h; 0: none */
     double reaction;           /* relative loss of K at reaction_current */

@@ -26,6 +26,8 @@ TERMS = {
     "reaction": {"reaction": 0.04, "reaction_bend": 0.2},
     "saturation": {"saturation": 0.6, "saturation_current": 0.8},
     "eddy": {"eddy": 0.5, "eddy_time": 2e-4},
+    "commutation": {"commutation": 3e-4},
+    "brushes that lift": {"commutation": 1e-3, "commutation_from": 300.0},
     "iron": {"saturation": 0.6, "saturation_current": 0.8, "eddy": 0.5, "eddy_time": 1e-4},
 }
 TERMS["all"] = {name: value for term in TERMS.values() for name, value in term.items()}

@@ -89,6 +89,7 @@ class WideReference(Solved):
         if electrical:
             drop = self["brush"] * i / math.hypot(i, self["brush_current"]) if self["brush"] else 0
             resistance = self["R"] * (1 + y[4] + self["r_ripple"] * wave) + ohms
+            resistance += self["commutation"] * max(abs(w) - self["commutation_from"], 0.0)
             emf = self.constant(i) * (1 + self["emf"]) * (1 + self["k_ripple"] * wave) * w
             left = drive - resistance * i - emf - drop - shielded
             di = left / ((1 - share) * self.inductance(i))

@@ -43,6 +43,7 @@ from motorid.estimate.effects.rotor.r_ripple import R_RIPPLE
 from motorid.estimate.effects.source.bridge_drop import BRIDGE_DROP
 from motorid.estimate.effects.source.brush_bend import BRUSH_BEND
 from motorid.estimate.effects.source.brush_drop import BRUSH_DROP
+from motorid.estimate.effects.source.commutation_resistance import COMMUTATION_RESISTANCE
 from motorid.estimate.effects.source.dead_time_diodes import DEAD_TIME_DIODES
 from motorid.estimate.effects.source.dead_time_turn import DEAD_TIME_TURN
 from motorid.estimate.effects.source.diode_drops import DIODE_DROPS
@@ -127,6 +128,7 @@ CAPTURED = (
     LOAD_FRICTION,
     WINDAGE,
     ARMATURE_REACTION,
+    COMMUTATION_RESISTANCE,
     SATURATION,
     EDDY_CURRENTS,
 )

@@ -63,6 +63,7 @@ class Scales:
             "1/A": 1.0 / self.current,
             "L/R": self.rise,
             "rad/s": self.speed,
+            "ohm·s/rad": self.resistance / self.speed,
             "N·m": self.torque,
             "N·m·s²/rad²": self.torque / self.speed**2,
             "K/J": 1.0 / (COPPER_PER_K * self.resistance * self.current**2 * self.duration),
@@ -98,6 +99,8 @@ ADDED = {
     "i_L": Added("A", "current that takes half of that share", "A", 0.4, log=True),
     "L2_share": Added("1", "share of L beside the eddy resistance", "1", 0.1, upper=0.95),
     "t_e": Added("s", "that part of L over the eddy resistance", "L/R", 1.0, log=True),
+    "c_R": Added("ohm·s/rad", "rise of R with speed", "ohm·s/rad", 0.02),
+    "w_R": Added("rad/s", "speed above which R rises", "rad/s", 0.3),
 }
 """In the order of ``motorid.motor.wide.NAMES`` after the six."""
 NAMES = (*PARAMETERS, *ADDED)
@@ -190,6 +193,10 @@ TERMS = {
             "eddy", "eddy currents in the iron",
             "L is L (1 − L2_share) in series with L L2_share beside R_c = L L2_share/t_e",
             ("L2_share", "t_e"), "L2_share", {"t_e": (0.5, 2.0, 6.0)},
+        ),
+        Term(
+            "commutation-resistance", "a resistance that rises with speed",
+            "R is R + c_R max(|w| − w_R, 0)", ("c_R", "w_R"), "c_R", {"w_R": (0.0, 0.6)},
         ),
     )
 }  # fmt: skip

@@ -16,6 +16,7 @@ from motorid.estimate.assembly.covering import covering, excluded
 from motorid.estimate.assembly.doubt import settled
 from motorid.estimate.assembly.lack_of_fit import with_lack
 from motorid.estimate.diagnosis import misfit, rank
+from motorid.estimate.diagnosis.facts import cooling_winding
 from motorid.estimate.diagnosis.faults import spikes
 from motorid.estimate.effects.brush_and_heating import lossless, undropped
 from motorid.estimate.fit import joint_fit, multistart, sign_check
@@ -380,4 +381,7 @@ def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
             found.moves, found.sides,
         )  # fmt: skip
         estimate = settled(estimate, [said])
+        if cooling_winding.explained(better.nuisance, better.parameters):
+            others = [d for d in estimate.diagnostics if d.code != cooling_winding.CODE]
+            estimate = replace(estimate, diagnostics=tuple(others))
     return replace(estimate, diagnostics=(said, *estimate.diagnostics))

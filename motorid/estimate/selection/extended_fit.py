@@ -31,6 +31,7 @@ FARTHEST = 0.8  # of the most that an added parameter may be, where a search beg
 LEAST = 4  # times a set of derivatives: less is not enough to end a fit
 LAST = 6  # the same, of which the passes leave so many to the search in the noise that they show
 PART = 0.4  # of what is left: the same
+FROM = 0.5  # of the highest speed: standard deviation of that from which R rises, about none
 COOLS_1_S = 0.5  # standard deviation of a winding's rate of cooling
 
 
@@ -224,6 +225,7 @@ def _known(scales: Scales) -> Priors:
         "w_s": (float(np.log(slow)), SLOW_SD),
         "per_C_w": (0.0, STALL_K_S / 2 / (scales.volts * scales.current)),
         "k_w": (0.0, COOLS_1_S),
+        "w_R": (0.0, FROM * scales.speed),
         **{
             n: (float(np.log(ADDED[n].part * scales.of(n))), IRON_SD) for n in ("i_K", "i_L", "t_e")
         },

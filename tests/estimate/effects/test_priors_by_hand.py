@@ -13,6 +13,7 @@ from motorid.estimate.effects.iron.eddies_in_pulses import EDDIES_IN_PULSES
 from motorid.estimate.effects.iron.eddy_currents import EDDY_CURRENTS
 from motorid.estimate.effects.iron.saturation import SATURATION
 from motorid.estimate.effects.iron.share_of_inductance import ShareOfInductance, usual
+from motorid.estimate.effects.source.commutation_resistance import COMMUTATION_RESISTANCE
 from motorid.estimate.effects.source.duty_of_volts import DUTY_OF_VOLTS
 from motorid.estimate.signals.time_grid import Part
 from motorid.program import Decay, StepKind
@@ -47,6 +48,16 @@ def test_iron_is_expected_at_the_stall_current_of_the_motor() -> None:
     for size in (0.1, -0.04):
         act(setup, judged(), 0, size)  # type: ignore[operator]
     assert (setup.motor["eddy"], setup.motor["eddy_time"]) == (pytest.approx(0.06), 1e-4)
+
+
+def test_commutation_is_expected_to_add_to_r_at_the_speed_of_the_highest_voltage() -> None:
+    """1 % of R there; its size counts in R over that speed, 8 V over K."""
+    top = 8.0 / MOTOR[2]
+    prior = COMMUTATION_RESISTANCE.prior(judged(), 0)
+    assert prior is not None
+    assert (prior.sd * top, prior.mean) == (pytest.approx(0.01 * MOTOR[0]), 0.0)
+    assert COMMUTATION_RESISTANCE.scale(judged()) * top == pytest.approx(MOTOR[0])
+    assert COMMUTATION_RESISTANCE.prior(judged(None), 0) is None
 
 
 def test_nothing_is_expected_of_iron_before_a_motor_is_known_or_without_an_inductance() -> None:

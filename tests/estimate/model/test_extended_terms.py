@@ -18,6 +18,7 @@ VOLT = KILO * METRE**2 / SECOND**3 / AMPERE
 UNITS = {
     "1": 1.0, "rad": 1.0, "V": VOLT, "A": AMPERE, "s": SECOND, "s²": SECOND**2, "rad²": 1.0,
     "N": KILO * METRE / SECOND**2, "m": METRE, "K": KELVIN, "J": KILO * METRE**2 / SECOND**2,
+    "ohm": VOLT / AMPERE,
 }  # fmt: skip
 
 
@@ -78,14 +79,17 @@ def test_bounds_keep_a_motor_a_motor() -> None:
         assert 0.5 < ADDED[share].upper < 1.0
     for share in ("d_T0", "k_R"):  # of a friction, or of a resistance: what is left is one
         assert (ADDED[share].lower, ADDED[share].upper) == (-1.0, 1.0)
-    for size in ("V_b", "T_lc", "T_s", "T_c", "k_K", "Ks", "b", "a_K", "k_w"):
+    for size in ("V_b", "T_lc", "T_s", "T_c", "k_K", "Ks", "b", "a_K", "k_w", "c_R"):
         assert ADDED[size].lower == 0.0
 
 
 def test_what_is_positive_and_may_be_of_any_size_is_searched_by_its_logarithm() -> None:
-    """Where a term bends, and how stiff a shaft is. A size may be nothing, without a logarithm."""
-    bends = {name for term in TERMS.values() for name in term.shapes}
+    """Where a term bends, and how stiff a shaft is. A size may be nothing, without a logarithm; so
+    may the speed from which R rises.
+    """
+    bends = {name for term in TERMS.values() for name in term.shapes} - {"w_R"}
     assert {name for name, added in ADDED.items() if added.log} == {*bends, "Ks"}
+    assert ADDED["w_R"].lower == min(TERMS["commutation-resistance"].shapes["w_R"]) == 0.0
     assert not any(ADDED[name].log for term in TERMS.values() for name in term.sizes)
 
 
@@ -119,7 +123,7 @@ def test_a_phase_is_of_the_terms_that_turn_with_the_rotor() -> None:
     ("name", "size"),
     [
         ("d_Ke", 1.0), ("V_b", 12.0), ("i_b", 3.0), ("a_K", 1.0 / 3.0), ("w_s", 400.0),
-        ("t_e", 2e-4 / 4.0), ("T_s", 0.02), ("k_w", 1.0 / 0.5),
+        ("t_e", 2e-4 / 4.0), ("T_s", 0.02), ("k_w", 1.0 / 0.5), ("c_R", 4.0 / 400.0),
     ],
 )  # fmt: skip
 def test_a_size_is_that_of_the_captures(name: str, size: float) -> None:
@@ -150,8 +154,12 @@ def test_an_equation_has_the_parameters_of_its_term_and_a_title_is_words(term: T
 
 @pytest.mark.parametrize("term", TERMS.values(), ids=list(TERMS))
 def test_bends_are_tried_within_what_the_captures_show(term: Term) -> None:
-    """Currents below stall and speeds below the highest; times about that of the winding."""
+    """Currents below stall and speeds below the highest; times about that of the winding. What is
+    no logarithm may begin at its bound.
+    """
     for name, parts in term.shapes.items():
         longest = 10.0 if ADDED[name].scale == "L/R" else 1.0
         assert list(parts) == sorted(set(parts))
-        assert 0.0 < parts[0] < parts[-1] < longest
+        least = 0.0 if ADDED[name].log else -1e-9
+        assert least < parts[0] < parts[-1] < longest
+        assert parts[0] >= ADDED[name].lower

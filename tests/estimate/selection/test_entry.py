@@ -14,7 +14,7 @@ import pytest
 from motorid.errors import DataError
 from motorid.estimate.effects.brush_and_heating import lossless, undropped
 from motorid.estimate.model.extended_terms import TERMS
-from motorid.estimate.results.estimate import PARAMETERS, Parameter, TermTrial
+from motorid.estimate.results.estimate import PARAMETERS, Diagnostic, Parameter, TermTrial
 from motorid.estimate.results.status import Status
 from motorid.estimate.selection import entry
 from motorid.estimate.selection.evidence import Evidence
@@ -51,7 +51,7 @@ def test_of_an_inductance_that_readings_hardly_tell_the_interval_alone_counts(
 
 
 def test_what_was_found_is_said_by_whether_the_six_allow_for_it() -> None:
-    better: Any = SimpleNamespace(parameters={}, asked=False)
+    better: Any = SimpleNamespace(parameters={}, nuisance={}, asked=False)
     bare = replace(estimate(), alternative=better, parameters={}, combinations={}, derived={})
     fitted: Any = SimpleNamespace(terms=(SIDED, COGS))
     said = entry._said(bare, fitted).diagnostics[0]
@@ -68,6 +68,26 @@ def test_what_was_found_is_said_by_whether_the_six_allow_for_it() -> None:
     said = entry._said(bare, fitted).diagnostics[0]
     assert (said.code, said.severity) == ("model_asked", "info")
     assert said.message == f"beside it, as asked: a model with {DROP.title}"
+
+
+@pytest.mark.parametrize(
+    ("grown", "stays"), [({"winding warming": 0.0}, False), ({"winding warming": -0.05}, True),
+                         ({}, True)],
+)  # fmt: skip
+def test_a_winding_that_seemed_to_cool_is_not_said_beside_a_model_in_which_it_does_not(
+    grown: dict[str, float], stays: bool
+) -> None:
+    """Nor where that model has the winding's heat among its own parameters."""
+    sizes = {name: parameter(value, 0.01, name) for name, value in grown.items()}
+    better: Any = SimpleNamespace(parameters={"R": parameter(2.0)}, nuisance=sizes, asked=False)
+    cools = Diagnostic("winding_cools", "warning", "R falls")
+    one = replace(
+        estimate(), alternative=better, parameters={}, combinations={}, derived={},
+        diagnostics=(cools,),
+    )  # fmt: skip
+    fitted: Any = SimpleNamespace(terms=(SIDED,))
+    codes = [d.code for d in entry._said(one, fitted).diagnostics]
+    assert codes == ["better_model", *(["winding_cools"] if stays else [])]
 
 
 def test_what_was_tried_or_had_no_room_is_said_by_name() -> None:

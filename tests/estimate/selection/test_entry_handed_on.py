@@ -332,7 +332,7 @@ def test_what_was_found_is_covered_where_the_six_do_without_it(
         monkeypatch, entry, seen,
         covering=SimpleNamespace(moves={"R": 0.5}, sides={"R": (0.0, 0.5)}), settled=estimate(),
     )  # fmt: skip
-    better: Any = SimpleNamespace(asked=False)
+    better: Any = SimpleNamespace(asked=False, nuisance={}, parameters={})
     bare = replace(estimate(), alternative=better)
     fitted: Any = SimpleNamespace(terms=(SIDED,))
     said = entry._said(bare, fitted).diagnostics[0]
@@ -349,7 +349,7 @@ def test_what_the_six_allow_for_is_covered_where_they_allow_for_too_little(
     seen: dict[str, Any] = {}
     more = SimpleNamespace(moves={"K": 0.5}, sides={"K": (0.0, 0.5)})
     noting(monkeypatch, entry, seen, covering=more, excluded=["K"], settled=estimate())
-    better: Any = SimpleNamespace(asked=False)
+    better: Any = SimpleNamespace(asked=False, nuisance={}, parameters={})
     bare = replace(estimate(), alternative=better)
     fitted: Any = SimpleNamespace(terms=(DROP,))
     said = entry._said(bare, fitted).diagnostics[0]

@@ -74,7 +74,7 @@ class Room:
 
     def alternative(self, fitted: Any, found: Any, *rest: Any, asked: bool) -> Any:
         self.asked["alternative"] = (fitted.terms, found, *rest)
-        return SimpleNamespace(asked=asked, parameters=answer().parameters)
+        return SimpleNamespace(asked=asked, nuisance={}, parameters=answer().parameters)
 
     def seen(self, given: Estimate, found: Any) -> Estimate:
         self.asked["seen"] = found

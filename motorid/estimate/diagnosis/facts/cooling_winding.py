@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping
 from motorid.estimate.effects.brush_and_heating import WARMING
 from motorid.estimate.results.estimate import Diagnostic, Parameter
 
+CODE = "winding_cools"
 SURE = 4.0  # standard uncertainties below nothing
 HARM = 0.015  # of R: less is what a motor cools that ran before
 
@@ -31,9 +32,15 @@ def findings(
         return
     grown, u, of_run = min(fallen)
     yield Diagnostic(
-        "winding_cools", "warning",
+        CODE, "warning",
         f"R falls by {-100.0 * grown:.2g} ± {196.0 * u:.1g} % through the capture{of_run}, and a "
         "current warms a winding: it was hot when the run began, or a contact or the voltage's "
         "gain changes; let the motor cool, and look at brushes and clamps",
         {"R": -grown * R},
     )  # fmt: skip
+
+
+def explained(nuisance: Mapping[str, Parameter], parameters: Mapping[str, Parameter]) -> bool:
+    """A wider model in which R may fall through a run does not have it fall: what it adds does."""
+    may = any(name.startswith(WARMING) for name in nuisance)
+    return may and not any(findings(nuisance, parameters))

@@ -24,6 +24,7 @@ from motorid.estimate.effects.iron.armature_reaction import ARMATURE_REACTION
 from motorid.estimate.effects.iron.eddy_currents import EDDY_CURRENTS
 from motorid.estimate.effects.iron.saturation import SATURATION
 from motorid.estimate.effects.source.brush_drop import BRUSH_DROP
+from motorid.estimate.effects.source.commutation_resistance import COMMUTATION_RESISTANCE
 from motorid.estimate.effects.source.winding_warming import WINDING_WARMING
 from motorid.estimate.model.capture_model import MotorRecord
 
@@ -32,7 +33,7 @@ Floats = NDArray[np.float64]
 
 def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
     """A winding that warms up, a brush drop, friction that bends with speed, with the direction or
-    with the load, K and L that fall with the current, currents in the iron.
+    with the load, R that rises with speed, K and L that fall with the current, currents in iron.
     """
     volts = max(float(np.abs(r.volts).max()) for r in records)
     bend = min(QUADRATIC_FRICTION.scale(r) for r in records)
@@ -42,16 +43,18 @@ def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
         _guard("friction_bends", acting(QUADRATIC_FRICTION), 0.1 * bend, 2.0 * bend),
         _guard("friction_by_direction", acting(FRICTION_BY_DIRECTION), 0.05, 0.9),
         _guard("load_friction", acting(LOAD_FRICTION), 0.01, 0.3, 0.0),
-        *_iron(records),
+        *_of_fitted(records),
     ]
 
 
-def _iron(records: Sequence[MotorRecord]) -> list[Hypothesis]:
-    """Whose sizes hang on the motor's stall current: of records that were fitted."""
+def _of_fitted(records: Sequence[MotorRecord]) -> list[Hypothesis]:
+    """Whose sizes hang on the motor's stall current or speed: of records that were fitted."""
     if any(r.judged_at is None for r in records):
         return []
     reaction = min(ARMATURE_REACTION.scale(r) for r in records)
+    rise = min(COMMUTATION_RESISTANCE.scale(r) for r in records)
     return [
+        _guard("commutation_resistance", acting(COMMUTATION_RESISTANCE), 0.01 * rise, rise, 0.0),
         _guard("armature_reaction", acting(ARMATURE_REACTION), 0.01 * reaction, reaction, 0.0),
         _guard("saturation", acting(SATURATION), 0.1, 0.9, 0.0),
         _guard("eddy_currents", acting(EDDY_CURRENTS), 0.1, 0.9, 0.0),
