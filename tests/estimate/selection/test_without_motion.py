@@ -23,7 +23,7 @@ R, L, K, B, J, T0, VOLTS = 2.2, 1.2e-3, 0.0112, 2e-7, 2.6e-6, 1.8e-3, 12.0
 FAN = 0.08 * K * VOLTS / R / (VOLTS / K) ** 2  # 8 % of the stall torque at the top speed
 DROP_V = 0.4
 PERIOD_S, ROWS_A_LEVEL = 6e-4, 300
-LEVELS = (0.4, 0.9, 0.6, 1.0, 0.3, 0.8)
+LEVELS = (0.4, 0.9, 0.6, 1.0)
 TRUTH = {"R": R, "L": L, "J/K²": J / K**2, "B/K²": B / K**2, "T0/K": T0 / K}
 
 

@@ -213,7 +213,7 @@ def test_moves_undo_the_scale() -> None:
 
 SLOW = {  # L is lost, and looked for; or the fit has no motor to find
     "mA for A": [pytest.mark.slow],
-    "voltage gain": [pytest.mark.slow],
+    "voltage gain": [pytest.mark.study],
     "mV for V": [pytest.mark.study],
 }
 

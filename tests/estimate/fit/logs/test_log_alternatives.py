@@ -42,22 +42,27 @@ def test_the_same_fit_is_no_rival_of_itself() -> None:
     assert one[0][0].rivals == ()
 
 
-@pytest.mark.slow
-def test_a_current_that_is_as_stamped_stays_so(tmp_path: Path) -> None:
-    before = solved([logged(tmp_path)], {}, ())
-    captures = [record.capture for record in before[0]]
-    assert log_lags.taken(before, captures, FREE, {}, {}) is before
-    assert log_means.taken(before, FREE, {}, {}) is before
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """A fit of a log whose current is neither late nor smoothed."""
+    return solved([logged(tmp_path_factory.mktemp("sound"))], {}, ())
 
 
 @pytest.mark.slow
-def test_a_current_taken_earlier_is_declared_later(tmp_path: Path) -> None:
+def test_a_current_that_is_as_stamped_stays_so(sound: Any) -> None:
+    captures = [record.capture for record in sound[0]]
+    assert log_lags.taken(sound, captures, FREE, {}, {}) is sound
+    assert log_means.taken(sound, FREE, {}, {}) is sound
+
+
+@pytest.mark.slow
+def test_a_current_taken_earlier_is_declared_later(sound: Any, tmp_path: Path) -> None:
     def late(current: Any) -> Any:
         steps = 3 * round(PERIOD_S / STEP_S)
         return np.concatenate([np.full(steps, current[0]), current[:-steps]])
 
     read = logged(tmp_path, i=late)
-    (record,), solution = solved([read], {}, ())
+    (record,), solution = sound
     known = dict(zip(FREE, solution.values.tolist(), strict=True))
     rough = record.twin()
     rough.found, rough.instances = {log_lags.LAG}, (log_lags.LAG,)
