@@ -23,16 +23,16 @@ R, L, K, B, J, T0, VOLTS = 2.2, 1.2e-3, 0.0112, 2e-7, 2.6e-6, 1.8e-3, 12.0
 FAN = 0.08 * K * VOLTS / R / (VOLTS / K) ** 2  # 8 % of the stall torque at the top speed
 DROP_V = 0.4
 PERIOD_S, ROWS_A_LEVEL = 6e-4, 300
-LEVELS = (0.4, 0.9, 0.6, 1.0)
+LEVELS = (0.4, 0.9, 0.6, 1.0, 0.3, 0.8)
 TRUTH = {"R": R, "L": L, "J/K²": J / K**2, "B/K²": B / K**2, "T0/K": T0 / K}
 
 
-def logged(fan: float = 0.0, drop_v: float = 0.0) -> Capture:
+def logged(fan: float = 0.0, drop_v: float = 0.0, levels: int = len(LEVELS)) -> Capture:
     """Levels one way, whose changes lie between two rows."""
     rng = np.random.default_rng(2)
     state, volts, currents = np.array([0.0, 0.0]), [], []
     stamps, end = PERIOD_S * (np.arange(ROWS_A_LEVEL) + 0.4), PERIOD_S * ROWS_A_LEVEL
-    for level in LEVELS:
+    for level in LEVELS[:levels]:
 
         def slope(_: float, x: Floats, v: float = level * VOLTS) -> list[float]:
             i, w = x
@@ -58,11 +58,11 @@ def logged(fan: float = 0.0, drop_v: float = 0.0) -> Capture:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("more", "words", "names"),
-    [({"fan": FAN}, "square of speed", ("B/K²", "T0/K")),
+    [({"fan": FAN, "levels": 4}, "square of speed", ("B/K²", "T0/K")),
      ({"drop_v": DROP_V}, "drop of the brushes", ("R",)), ({}, "", ())],
 )  # fmt: skip
 def test_what_the_model_lacks_is_named_once_and_the_intervals_hold_the_motor(
-    more: dict[str, float], words: str, names: tuple[str, ...]
+    more: dict[str, Any], words: str, names: tuple[str, ...]
 ) -> None:
     found = fit([logged(**more)])
     said = [one for one in found.diagnostics if one.code in ("better_model", "model_unsettled")]
