@@ -7,6 +7,8 @@ OUT ?= out
 # three more than there are cores: many tests wait for a board, a server or a browser
 JOBS ?= $(shell expr $$(nproc 2>/dev/null || echo 2) + 3)
 SECONDS ?= 60
+# test files whose assertions one process rewrites
+SHARE := 350
 PYTHON ?=
 export PYTHON
 # Empty is unset: where no byte code may be kept, each worker and each command that a test starts
@@ -21,13 +23,14 @@ C_SOURCES := $(filter-out $(wildcard motorid/*/_*), \
     $(wildcard motorid/*/*_build.py motorid/*/*.c motorid/*/*.h))
 READY := $(VENV)/ready
 READY_TO_TEST := $(VENV)/ready-to-test
+REWRITTEN := $(VENV)/tests-rewritten
 
 .PHONY: run test quick evidence check frozen mutants fuzz bench docs site format lock sbom wheel wheels help clean
 
 run: $(READY)
 	$(VENV)/bin/motorid run --rig $(RIG) -o $(OUT) --force
 
-test: $(READY_TO_TEST)
+test: $(READY_TO_TEST) $(REWRITTEN)
 	$(PYTEST) --strict-skips
 
 quick: JOBS := $(shell nproc 2>/dev/null || echo 2)
@@ -103,6 +106,14 @@ $(READY): pyproject.toml setup.py locks/run.txt locks/test.txt tools/setup.sh \
 $(READY_TO_TEST): FOR = test
 $(READY_TO_TEST): $(READY)
 	sh tools/setup.sh test
+	@touch $@
+
+# pytest rewrites each test file's assertions once and keeps them. Where none are kept, every worker
+# would rewrite all of them at the same time: first a process a core takes a share. A file that
+# cannot be read is reported by the tests themselves.
+$(REWRITTEN): $(READY_TO_TEST) $(shell find tests -name '*.py')
+	-@find tests -name 'test_*.py' | xargs -n $(SHARE) -P $(shell nproc 2>/dev/null || echo 2) \
+	    $(PY) -m pytest --collect-only -qq >/dev/null
 	@touch $@
 
 clean:

@@ -8,12 +8,13 @@ from pathlib import Path
 import pytest
 
 import motorid
+from tests.acquire.rigs import SHORT
 
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     rig = motorid.load_rig("sim")
-    fast = replace(rig, port=f"{rig.port}&speed=max")
+    fast = replace(rig, port=f"{rig.port}&speed=max", program=SHORT)
     return motorid.record(fast, tmp_path_factory.mktemp("api") / "run.h5", serial="M17")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import nbformat
@@ -13,6 +14,7 @@ from nbclient import NotebookClient
 
 import motorid
 from motorid.workflow.record import bench
+from tests.acquire.rigs import SHORT
 
 FOLDER = Path(__file__).resolve().parent.parent / "docs" / "notebooks"
 ROLES = ("bench", "data", "line")
@@ -20,8 +22,10 @@ ROLES = ("bench", "data", "line")
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A short one: the log that a notebook makes of it is fitted in seconds."""
     path = tmp_path_factory.mktemp("run") / "run.h5"
-    return motorid.record(bench("sim", speed="max"), path, serial="D000001")
+    rig = replace(bench("sim", speed="max"), program=SHORT)
+    return motorid.record(rig, path, serial="D000001")
 
 
 def test_each_role_has_one_and_none_is_kept_with_its_answers() -> None:

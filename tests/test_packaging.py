@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
+import shutil
 import subprocess
 import sys
 import venv
 import zipfile
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -17,9 +20,10 @@ pytestmark = [pytest.mark.slow, pytest.mark.long]
 SITE_PACKAGES = "import sysconfig; print(sysconfig.get_path('purelib'))"
 
 
-def run(*command: str | Path, cwd: Path) -> str:
+def run(*command: str | Path, cwd: Path, env: Mapping[str, str] | None = None) -> str:
     """The standard output of a command that must succeed."""
-    done = subprocess.run(list(map(str, command)), cwd=cwd, capture_output=True, text=True)
+    words = list(map(str, command))
+    done = subprocess.run(words, cwd=cwd, env=env, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-2000:]
     return done.stdout.strip()
 
@@ -33,12 +37,27 @@ def copy_of_source(repo_root: Path, target: Path) -> Path:
     return target
 
 
+def hasty(folder: Path) -> dict[str, str]:
+    """This environment with a C compiler that does not optimise, which takes most of a build.
+
+    The other tests run what was built as users have it.
+    """
+    usual = os.environ.get("CC") or shutil.which("cc")
+    if sys.platform == "win32" or not usual:
+        return dict(os.environ)
+    compiler = folder / "cc"
+    compiler.write_text(f'#!/bin/sh\nexec {usual} "$@" -O0\n')
+    compiler.chmod(0o755)
+    return os.environ | {"CC": str(compiler)}
+
+
 @pytest.fixture(scope="module")
 def wheel(repo_root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     source = copy_of_source(repo_root, tmp_path_factory.mktemp("source"))
     wheels = tmp_path_factory.mktemp("wheels")
     build = ("wheel", "-q", "--no-deps", "--no-build-isolation", "-w", wheels, source)
-    run(sys.executable, "-m", "pip", *build, cwd=source)
+    compiler = hasty(tmp_path_factory.mktemp("compiler"))
+    run(sys.executable, "-m", "pip", *build, cwd=source, env=compiler)
     (built,) = wheels.glob("*.whl")
     return built
 

@@ -219,6 +219,7 @@ def test_log_chain_counts_intervals_with_a_fault_stated_and_not() -> None:
     assert row[4] == "3/3"  # R, K, J within 2 % where the delay is stated
 
 
+@pytest.mark.study
 def test_mistakes_are_named_in_a_log_and_at_a_rig(tmp_path: Path) -> None:
     out = tmp_path / "mistakes.json"
     text = run("mistakes", "--only", "encoder reversed", "--out", str(out))
@@ -236,6 +237,7 @@ def test_a_strangers_logs_are_fine_or_named() -> None:
     assert "bad: named 1" in text
 
 
+@pytest.mark.study
 def test_false_alarms_hold_the_truth_of_good_cases() -> None:
     text = run("false_alarms", "--count", "1", "--first", "2", "--kinds", "captures")
     held, of = map(int, found(r"intervals_held (\d+), intervals (\d+)", text).groups())
@@ -266,6 +268,7 @@ def test_review_finds_the_default_at_the_ideal() -> None:
     assert "goals met" in text
 
 
+@pytest.mark.study
 def test_search_ends_at_the_noise() -> None:
     text = run("search")
     assert "100 candidates x 5000 samples, with friction" in text

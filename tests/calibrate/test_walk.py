@@ -22,7 +22,7 @@ from motorid.workflow.plan_file import with_program
 from tests.acquire.rigs import SHORT
 from tests.calibrate.benches import rig_file
 
-QUICK = Settings(rest_s=2, zeros=6, hold_s=1.0, clock_s=5, clock_pairs=20, runs=1)
+QUICK = Settings(rest_s=2, zeros=6, hold_s=0.5, clock_s=3, clock_pairs=20, runs=1)
 BRIEF = with_program("", SHORT, "this test")
 GAINS = ("rest", "terminal_voltage", "current")
 
@@ -108,7 +108,7 @@ def test_the_motor_moves_only_after_it_was_said(tmp_path: Path) -> None:
     pulses = [line for line in person.heard if "pulse of a tenth" in line]
     assert len(levels) == 8
     assert len(pulses) == 2
-    assert all(" V for 1 s, about " in line for line in levels)
+    assert all(" V for 0.5 s, about " in line for line in levels)
     largest = max(abs(float(line.split("about ")[1].split(" A")[0])) for line in levels)
     assert largest == pytest.approx(0.5 * rig.limits.current_a, rel=0.05)
 

@@ -15,14 +15,24 @@ import pytest
 
 from motorid.cli import main
 from motorid.rig_file import find
+from motorid.workflow.plan_file import with_program
+from tests.acquire.rigs import SHORT
 
 FAST = ("--rig", "sim", "--speed", "max")
 
 
 @pytest.fixture(scope="module")
-def capture_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def quick(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, ...]:
+    """FAST with a program of 0.4 s, where no figure of the answer is tested."""
+    path = tmp_path_factory.mktemp("rigs") / "short.toml"
+    path.write_text(with_program(find("sim").read_text(encoding="utf-8"), SHORT, "these tests"))
+    return ("--rig", str(path), "--speed", "max")
+
+
+@pytest.fixture(scope="module")
+def capture_file(quick: tuple[str, ...], tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("captures") / "run.h5"
-    assert main.run(["capture", *FAST, "-o", str(path), "--serial", "M17"]) == 0
+    assert main.run(["capture", *quick, "-o", str(path), "--serial", "M17"]) == 0
     return path
 
 
@@ -32,17 +42,20 @@ def run(*line: str | Path) -> int:
 
 @pytest.mark.slow
 def test_run_writes_capture_estimate_and_report(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    quick: tuple[str, ...],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setenv("COLUMNS", "96")  # a narrow terminal gets no meanings
     out = tmp_path / "new folder" / "Ωut"
-    assert run("run", *FAST, "-o", out) == 0
+    assert run("run", *quick, "-o", out) == 0
     assert {p.name for p in out.iterdir()} == {"capture.h5", "estimate.json", "report.html"}
     printed = capsys.readouterr()
     assert "torque constant" in printed.out
     assert "report.html" in printed.err
-    assert run("run", *FAST, "-o", out) == 2
-    assert run("run", *FAST, "-o", out, "--force") == 0
+    assert run("run", *quick, "-o", out) == 2
+    assert run("run", *quick, "-o", out, "--force") == 0
 
 
 @pytest.mark.slow
@@ -56,9 +69,9 @@ def test_fit_prints_json_alone(capture_file: Path, capsys: pytest.CaptureFixture
 
 @pytest.mark.slow
 def test_a_saved_capture_fits_as_the_live_one_did(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    quick: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run("run", *FAST, "-o", tmp_path) == 0
+    assert run("run", *quick, "-o", tmp_path) == 0
     capsys.readouterr()
     assert run("fit", tmp_path / "capture.h5", "--json") == 0
     again = json.loads(capsys.readouterr().out)
@@ -68,12 +81,12 @@ def test_a_saved_capture_fits_as_the_live_one_did(
 
 @pytest.mark.slow
 def test_repeat_makes_a_file_a_run_and_fit_takes_them_together(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    quick: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run("capture", *FAST, "-o", tmp_path / "m.h5", "--repeat", "2") == 0
+    assert run("capture", *quick, "-o", tmp_path / "m.h5", "--repeat", "2") == 0
     assert {p.name for p in tmp_path.iterdir()} == {"m-1.h5", "m-2.h5"}
     capsys.readouterr()
-    assert run("fit", tmp_path / "m-1.h5", tmp_path / "m-2.h5", "--json") == 0
+    assert run("fit", tmp_path / "m-1.h5", tmp_path / "m-2.h5", "--model", "six", "--json") == 0
     assert len(json.loads(capsys.readouterr().out)["inputs"]) == 2
 
 

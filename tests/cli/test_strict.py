@@ -35,7 +35,7 @@ def test_values_that_are_not_supported_end_with_4_always() -> None:
 def test_a_refused_capture_leaves_its_report_and_a_4(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    spoilt = made("log-drop-outs", "voltage shuffled", "sim", np.random.default_rng(0))
+    spoilt = made("log-position", "voltage shuffled", "sim", np.random.default_rng(0))
     store.save(spoilt.capture, tmp_path / "run.h5")
     line = ["fit", str(tmp_path / "run.h5"), "--model", "six", "-o", str(tmp_path / "out")]
     assert run(line) == EXIT_DATA

@@ -48,12 +48,40 @@ EMULATED = (
 )  # a processor simulated instruction by instruction
 
 
+# They repeat what others show. The simulated board, the core on this computer and the Uno are put
+# through every row of a test's table, the other emulated boards through the first one; and what a
+# run does, and what memory keeps, is the same over the Pico's other link. What guards safety is
+# tried whole on every board. The evidence tries the rest.
+WHOLE = ("sim", "host", "uno", "device")
+GUARDS = ("safety", "trips", "front_end", "front_end_trips", "features")
+SAME_BY_USB = (
+    "test_brake_stops_sooner_than_coast",
+    "test_burst_drops_what_it_cannot_keep_and_says_so",
+    "test_damaged_facts_keep_the_bridge_open",
+    "test_encoder_reversed_negates_the_position",
+    "test_reversing_negates_the_position_that_read_status_gives",
+    "test_stored_facts_hold_at_once_and_after_a_reset",
+)
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Emulated boards take most of the time: the quick run leaves them out."""
+    """Emulated boards take most of the time: the quick run leaves them out.
+
+    What is repeated on several is a study.
+    """
+    seen = set()
     for item in items:
-        callspec = getattr(item, "callspec", None)
-        if callspec is not None and callspec.params.get("board_name") in EMULATED:
+        board = getattr(item, "callspec", None) and item.callspec.params.get("board_name")
+        if board in EMULATED:
             item.add_marker(pytest.mark.slow)
+        if not board or board in WHOLE:
+            continue
+        room = item.module.__name__.rpartition(".")[2].removeprefix("test_")
+        test = (board, room, item.originalname)
+        repeated = test in seen and room not in GUARDS
+        if repeated or (board == "pico-usb" and item.originalname in SAME_BY_USB):
+            item.add_marker(pytest.mark.study)
+        seen.add(test)
 
 
 def pytest_configure(config: pytest.Config) -> None:

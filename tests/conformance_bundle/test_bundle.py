@@ -17,7 +17,9 @@ from motorid.errors import DataError, UsageError
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.workflow.conformance import evidence, prove, suite
 from motorid.workflow.conformance.bundle import MANIFEST, pack, unpack
+from motorid.workflow.plan_file import with_program
 from motorid.workflow.verify import DAMAGED, SOUND, verify
+from tests.acquire.rigs import SHORT
 from tests.calibrate.benches import rig_file
 
 PARTS = ["board", "suite", *evidence.GUIDED, "runs", "coast", "fit"]
@@ -25,7 +27,7 @@ PARTS = ["board", "suite", *evidence.GUIDED, "runs", "coast", "fit"]
 
 def proven(folder: Path, *words: str) -> tuple[int, Path]:
     """A conformance run of a simulated bench; its exit code and its bundle."""
-    rig = rig_file(folder)
+    rig = rig_file(folder, more=with_program("", SHORT, "this test"))
     device = "sim://?motor=faulhaber-2338s006s&speed=max&seed=7&gain_uncertainty=0.02"
     target = folder / "board.zip"
     line = ["conformance", "--device", device, "--rig", str(rig), "-o", str(target), *words]

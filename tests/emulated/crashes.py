@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -105,23 +105,30 @@ def cell(board: Board, crash: Crash, running: bool) -> str:
     return f"{cause.name.lower()}, latched" if latched else cause.name.lower()
 
 
-def rows() -> Iterable[str]:
-    """The table's rows."""
+WHEN = {True: "in a run", False: "at rest"}
+
+
+def rows(whens: Sequence[bool] = (True, False)) -> Iterable[str]:
+    """The table's rows, of crashes in a run, at rest, or both."""
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         boards = [
             Board(name, hex_file(name, Path(folder)) if booted else None, stack)
             for name, booted in COLUMNS
         ]
         for crash in CRASHES:
-            for running in (True, False):
+            for running in whens:
                 cells = [cell(board, crash, running) for board in boards]
-                when = "in a run" if running else "at rest"
-                yield f"| {' | '.join([crash.what, when, *cells])} |"
+                yield f"| {' | '.join([crash.what, WHEN[running], *cells])} |"
+
+
+def table_head() -> list[str]:
+    """The table's first two lines."""
+    return [HEAD, "|---|---|---|---|---|"]
 
 
 def table() -> str:
     """The page's section between its marks."""
-    return "\n".join(["", HEAD, "|---|---|---|---|---|", *rows(), ""])
+    return "\n".join(["", *table_head(), *rows(), ""])
 
 
 def told() -> str:

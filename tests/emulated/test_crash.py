@@ -24,8 +24,13 @@ def _needs_both() -> None:
         pytest.skip(lack)
 
 
-def test_the_page_says_what_the_boards_say() -> None:
-    assert crashes.table().strip("\n") == crashes.told()
+@pytest.mark.parametrize("running", [True, pytest.param(False, marks=pytest.mark.study)])
+def test_the_page_says_what_the_boards_say(running: bool) -> None:
+    head, rule, *lines = crashes.told().splitlines()
+    assert [head, rule] == crashes.table_head()
+    assert {line.split(" | ")[1] for line in lines} == set(crashes.WHEN.values())
+    of_these = [line for line in lines if line.split(" | ")[1] == crashes.WHEN[running]]
+    assert list(crashes.rows([running])) == of_these
 
 
 def test_no_power_on_looks_like_a_hang(tmp_path: Path) -> None:

@@ -92,8 +92,13 @@ def test_a_reading_is_the_mean_at_the_time_that_its_descriptor_says(link: str) -
         assert abs(late) < AT_ONE_TIME_S, channel.name
 
 
+@pytest.mark.study
 def test_a_motor_is_identified_at_20_khz(tmp_path: Path) -> None:
-    """One of 0.18 mH and without brushes' drop."""
+    """One of 0.18 mH and without brushes' drop.
+
+    Through the other boards' firmware tests/emulated/test_motors.py identifies one in every run;
+    the tests above have the Pico's stream whole and its readings at their times.
+    """
     estimate = fitted(tmp_path, "pico", FAST_MOTOR, more="&link=usb", rate_hz=20_000)
     found = figures(FAST_MOTOR, estimate)
     for name in NAMES:  # 3 standard uncertainties, for six figures of one seed

@@ -13,6 +13,11 @@ from motorid.sim.run import Run
 from tests.faults.laws import run
 from tests.faults.schedule import draw
 
+FIRST = (11, 21, 31)  # of ten seeds each; among them is every fault
+FURTHER = (1, 41, 51)
+FAULTS = ("flip", "drop", "insert", "double", "silence", "deaf", "mute", "delay", "burst", "split",
+          "unplug", "reset", "swap", "brownout", "stall", "kill -9", "ctrl-c", "power failure",
+          "full disk")  # fmt: skip
 QUIET = replace(
     draw(1),
     link="",
@@ -31,10 +36,13 @@ def test_a_seed_is_a_schedule() -> None:
     assert draw(7) == draw(7) != draw(8)
     drawn = [draw(seed) for seed in range(300)]
     said = " ".join(s.link + " " + s.board + " " + s.host for s in drawn)
-    for fault in ("flip", "drop", "insert", "double", "silence", "deaf", "mute", "delay", "burst",
-                  "split", "unplug", "reset", "swap", "brownout", "stall", "kill -9", "ctrl-c",
-                  "power failure", "full disk"):  # fmt: skip
-        assert fault in said
+    assert [fault for fault in FAULTS if fault not in said] == []
+
+
+def test_every_fault_befalls_a_capture_in_every_run_of_the_tests() -> None:
+    tried = [draw(seed) for first in FIRST for seed in range(first, first + 10)]
+    said = " ".join(s.link + " " + s.board + " " + s.host for s in tried)
+    assert [fault for fault in FAULTS if fault not in said] == []
 
 
 @pytest.mark.slow
@@ -45,7 +53,9 @@ def test_without_faults_everything_is_kept(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("first", range(1, 61, 10))
+@pytest.mark.parametrize(
+    "first", [*FIRST, *(pytest.param(first, marks=pytest.mark.study) for first in FURTHER)]
+)
 def test_the_laws_hold(first: int, tmp_path: Path) -> None:
     for seed in range(first, first + 10):
         folder = tmp_path / str(seed)

@@ -105,8 +105,9 @@ def test_the_vectors_lead_into_flash_and_the_stack_ends_in_ram(built: Path) -> N
     assert places["vectors"] % 256 == 0
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_two_builds_are_the_same_to_the_byte(built: Path, tmp_path: Path) -> None:
+    """In tests/flash/test_hex.py a release's builds show it for each board."""
     subprocess.run(["make", "-s", "-C", str(PORT), f"OUT={tmp_path}"], check=True)
     name = "motorid-pico.uf2"
     assert (tmp_path / name).read_bytes() == (built / name).read_bytes()

@@ -83,22 +83,28 @@ class Writers:
             assert (found.sealed, found.problems) == (WRITERS * EACH, ())
 
 
-def test_a_server_that_is_killed_in_mid_write() -> None:
+@pytest.fixture(scope="module")
+def server() -> Iterator[Server]:
+    """One for the tests that leave it running."""
+    with running() as found:
+        yield found
+
+
+def test_a_server_that_is_killed_in_mid_write(server: Server) -> None:
     """And comes back, twice: what was said to be safe is."""
-    with running() as server:
-        writers = Writers(server.database("killed"))
-        for share in (0.2, 0.6):
-            writers.wait_for(int(share * WRITERS * EACH))
-            safe = set(writers.safe)
-            server.kill()
-            while server.runs:
-                time.sleep(0.01)
-            _start(server)
-            with open_history(writers.place) as history:
-                kept = {int(row.serial[3:]) for row in history.results()}
-            assert safe <= kept
-        writers.finish()
-        assert writers.failed
+    writers = Writers(server.database("killed"))
+    for share in (0.2, 0.6):
+        writers.wait_for(int(share * WRITERS * EACH))
+        safe = set(writers.safe)
+        server.kill()
+        while server.runs:
+            time.sleep(0.05)
+        _start(server)
+        with open_history(writers.place) as history:
+            kept = {int(row.serial[3:]) for row in history.results()}
+        assert safe <= kept
+    writers.finish()
+    assert writers.failed
 
 
 def _start(server: Server) -> None:
@@ -114,22 +120,21 @@ def _start(server: Server) -> None:
             return
 
 
-def test_clients_that_are_cut_off_write_on() -> None:
+def test_clients_that_are_cut_off_write_on(server: Server) -> None:
     """Every connection is ended, again and again, while they write."""
     cut = (
         "SELECT count(pg_terminate_backend(pid)) FROM pg_stat_activity "
         "WHERE datname = 'cut' AND pid <> pg_backend_pid()"
     )
-    with running() as server:
-        writers = Writers(server.database("cut"))
-        engine = create_engine(server.url, isolation_level="AUTOCOMMIT")
-        with engine.connect() as connection:
-            for share in (0.1, 0.3, 0.5, 0.7, 0.9):
-                writers.wait_for(int(share * WRITERS * EACH))
-                connection.exec_driver_sql(cut)
-        engine.dispose()
-        writers.finish()
-        assert writers.failed
+    writers = Writers(server.database("cut"))
+    engine = create_engine(server.url, isolation_level="AUTOCOMMIT")
+    with engine.connect() as connection:
+        for share in (0.1, 0.3, 0.5, 0.7, 0.9):
+            writers.wait_for(int(share * WRITERS * EACH))
+            connection.exec_driver_sql(cut)
+    engine.dispose()
+    writers.finish()
+    assert writers.failed
 
 
 @contextmanager

@@ -34,12 +34,6 @@ def weakest_motors(spread: Spread) -> tuple[Motor, ...]:
     return tuple(m for m in motors(spread) if m == middle(spread) or least == (m.R, m.K))
 
 
-@pytest.fixture
-def one_motor(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The middle of the spread alone, where the spread is not what is tested: quicker."""
-    monkeypatch.setattr("motorid.plan.motors.motors", lambda spread: (middle(spread),))
-
-
 @pytest.mark.slow
 @pytest.mark.usefixtures("one_motor")
 def test_the_simulated_rig_keeps_the_promise(tmp_path: Path) -> None:
@@ -65,7 +59,7 @@ def test_a_tighter_want_takes_longer() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.long
+@pytest.mark.usefixtures("one_shape")
 def test_currents_and_speeds_keep_within_the_limits_of_the_worst_motor(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -86,7 +80,7 @@ def test_currents_and_speeds_keep_within_the_limits_of_the_worst_motor(
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("one_motor")
+@pytest.mark.usefixtures("one_motor", "one_shape")
 def test_a_board_with_few_steps_gets_few(tmp_path: Path) -> None:
     rig = rig_of(options="&max_steps=3")
     plan = plan_run(rig, ("R=0.5%", "L=1%"))
@@ -95,7 +89,7 @@ def test_a_board_with_few_steps_gets_few(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("one_motor")
+@pytest.mark.usefixtures("one_motor", "one_shape")
 def test_a_slow_link_gets_a_rate_that_it_carries(tmp_path: Path) -> None:
     """115,200 baud is 11,520 bytes a second: six for three channels, and the frames."""
     rig = rig_of(options="&baud=115200")
@@ -105,7 +99,7 @@ def test_a_slow_link_gets_a_rate_that_it_carries(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("one_motor")
+@pytest.mark.usefixtures("one_motor", "one_shape")
 def test_what_instruments_forbid_is_said_with_the_cause() -> None:
     plan = plan_run(rig_of(options="&gain_uncertainty=0.02"), ("R=1%", "K=1%"))
     kept = {p.want.name: p for p in plan.promises}
@@ -118,6 +112,7 @@ def test_what_instruments_forbid_is_said_with_the_cause() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("one_shape")
 def test_a_first_run_narrows_the_spread(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     spreads: list[Spread] = []
 
@@ -139,7 +134,7 @@ def test_a_first_run_narrows_the_spread(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 @pytest.mark.slow
-@pytest.mark.long
+@pytest.mark.usefixtures("one_shape")
 def test_a_product_gets_steady_turns_in_both_directions() -> None:
     rig, product = rig_of("sim-line"), load_product("sim-disc")
     plan = plan_run(rig, (), product=product)

@@ -10,7 +10,6 @@ from motorid.capture.model import CURRENT, POSITION, SUPPLY, VOLTAGE
 from motorid.cli.main import run
 from motorid.errors import UsageError
 from motorid.estimate.diagnosis.identifiability import of_program
-from motorid.plan.motors import middle
 from motorid.plan.propose import Plan
 from motorid.plan.skeleton import Bench
 from motorid.program import Decay, Program, Step, StepKind
@@ -67,11 +66,9 @@ def test_a_product_keeps_its_limits() -> None:
 
 
 @pytest.mark.slow
-def test_planned_and_run(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.usefixtures("one_motor", "one_shape")
+def test_planned_and_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """For the middle of the spread alone; tests/plan/test_plan.py plans for all of it."""
-    monkeypatch.setattr("motorid.plan.motors.motors", lambda spread: (middle(spread),))
     target = tmp_path / "planned.toml"
     call = ["plan", "--rig", "sim", "--want", "R=2% K=2%", "-o", str(target)]
     assert run(call) == 0

@@ -1,8 +1,10 @@
 """asyncua's own client, in a process of its own, as a PLC's supervisor would ask.
 
-    python opcua_client.py URL SERIAL [--token T] [--security CERT KEY SERVER_CERT]
+    python opcua_client.py URL < CLIENTS
 
-Subscribes, orders an inspection, waits for its event, and prints what it saw as JSON.
+Each line of CLIENTS is one client, as a JSON list of words: SERIAL [--token T]
+[--security CERT KEY SERVER_CERT]. It subscribes, orders an inspection, waits for its event, and
+prints what it saw as a line of JSON. One follows the other.
 """
 
 from __future__ import annotations
@@ -11,6 +13,7 @@ import argparse
 import asyncio
 import json
 import logging
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -34,8 +37,8 @@ class Seen:
         self.events.put_nowait(event)
 
 
-async def asked(options: argparse.Namespace) -> dict[str, Any]:
-    client = Client(options.url, timeout=60)
+async def asked(url: str, options: argparse.Namespace) -> dict[str, Any]:
+    client = Client(url, timeout=60)
     if options.security:
         pem, key, server = map(Path, options.security)
         client.application_uri = "urn:motorid:client"
@@ -88,15 +91,15 @@ async def asked(options: argparse.Namespace) -> dict[str, Any]:
 def main() -> None:
     logging.disable()
     parser = argparse.ArgumentParser()
-    parser.add_argument("url")
     parser.add_argument("serial")
     parser.add_argument("--token")
     parser.add_argument("--security", nargs=3)
-    try:
-        found = asyncio.run(asked(parser.parse_args()))
-    except (ua.UaError, ConnectionError, TimeoutError) as error:
-        found = {"error": f"{type(error).__name__}: {error}"}
-    print(json.dumps(found))
+    for line in sys.stdin:
+        try:
+            found = asyncio.run(asked(sys.argv[1], parser.parse_args(json.loads(line))))
+        except (ua.UaError, ConnectionError, TimeoutError) as error:
+            found = {"error": f"{type(error).__name__}: {error}"}
+        print(json.dumps(found))
 
 
 if __name__ == "__main__":

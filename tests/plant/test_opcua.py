@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,19 +23,20 @@ STATION = "urn:motorid:station"
 CLIENT = Path(__file__).with_name("opcua_client.py")
 
 
-def ask(port: int, serial: str, *more: str) -> dict[str, Any]:
-    url = f"opc.tcp://127.0.0.1:{port}/motorid"
-    words = [sys.executable, str(CLIENT), url, serial, *more]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=240)
+def ask(port: int, *clients: Sequence[str]) -> list[dict[str, Any]]:
+    """What each of them saw, one after the other; a client is its serial number and its options."""
+    words = [sys.executable, str(CLIENT), f"opc.tcp://127.0.0.1:{port}/motorid"]
+    lines = "".join(json.dumps(client) + "\n" for client in clients)
+    done = subprocess.run(words, input=lines, capture_output=True, text=True, timeout=240)
     assert done.returncode == 0, done.stderr
-    return dict(json.loads(done.stdout.splitlines()[-1]))
+    return [dict(json.loads(line)) for line in done.stdout.splitlines()]
 
 
 @pytest.mark.slow
 def test_an_order_and_its_verdict(tmp_path: Path) -> None:
     port, shift = free_port(), tmp_path / "shift"
     with running(shift, "--opcua", str(port), "--station", "line-1") as (_, orders):
-        said = ask(port, "D000001")
+        (said,) = ask(port, ["D000001"])
         controller = Controller(orders)
         assert controller.ask(order="last", serial="D000001")["outcome"] == said["outcome"]
     assert said["accepted"]
@@ -66,16 +68,22 @@ def test_security_and_roles(tmp_path: Path) -> None:
     secured = ("--security", str(mine[0]), str(mine[1]), str(pem))
     options = ("--certificate", str(pem), "--key", str(key), "--tokens", str(tokens.path))
     with running(shift, "--opcua", str(port), *options):
-        assert "error" in ask(port, "D000001", "--token", roles["operator"])  # in the clear
-        assert "BadUserAccessDenied" in ask(port, "D000001", *secured, "--token", "x" * 32)["error"]
-        watching = ask(port, "D000001", *secured, "--token", roles["auditor"])
-        assert watching == {
-            "accepted": False,
-            "message": "the role auditor may not give the order inspect",
-        }
-        assert not list(shift.glob("D000001*"))
-        said = ask(port, "D000001", *secured, "--token", roles["operator"])
+        clear, stranger, watching, said = ask(
+            port,
+            ["D000001", "--token", roles["operator"]],  # in the clear
+            ["D000002", *secured, "--token", "x" * 32],
+            ["D000003", *secured, "--token", roles["auditor"]],
+            ["D000004", *secured, "--token", roles["operator"]],
+        )
+    assert "error" in clear
+    assert "BadUserAccessDenied" in stranger["error"]
+    assert watching == {
+        "accepted": False,
+        "message": "the role auditor may not give the order inspect",
+    }
     assert said["verdict"]["outcome"] == "PASS"
+    (inspected,) = shift.glob("D00000*")
+    assert inspected.name.startswith("D000004_")
     trail = [json.loads(one) for one in (shift / "trail.jsonl").read_text().splitlines()]
     assert {(one["outcome"], one["who"]) for one in trail} == {
         ("refused", "auditor (auditor) by opcua"),

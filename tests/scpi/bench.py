@@ -5,6 +5,7 @@ The motor is integrated by small steps; nothing here is shared with the fit or t
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -19,7 +20,7 @@ FULL_V = 10.0  # of them: 16 bits over ± this
 
 
 class Motor:
-    """R, L, K, B, J and T0 behind a supply's terminals."""
+    """R, L, K, B, J and T0 behind a supply's terminals; plain numbers, for a step is a moment."""
 
     def __init__(self, ohm: float) -> None:
         self.ohm, self.decay = ohm, float(np.exp(-STEP_S * ohm / MOTOR["L"]))
@@ -36,12 +37,12 @@ class Motor:
             self.current = settled + (self.current - settled) * self.decay
             self.volts = volts
             if abs(self.current) > limit:
-                self.current = np.copysign(limit, self.current)
+                self.current = math.copysign(limit, self.current)
                 self.volts = self.ohm * self.current + emf
         torque = m["K"] * self.current - m["B"] * self.speed
         if self.speed == 0.0 and abs(torque) <= m["T0"]:
             return
-        away = np.sign(self.speed) or np.sign(torque)
+        away = math.copysign(1.0, self.speed or torque)
         faster = self.speed + STEP_S * (torque - m["T0"] * away) / m["J"]
         self.speed = 0.0 if self.speed * faster < 0.0 else faster
 
@@ -92,7 +93,7 @@ class Bench:
         while self.done_s < self.now():
             wanted = self.settings["VOLT"] if self.on else 0.0
             most = self.slew_v_s * STEP_S
-            self.level += float(np.clip(wanted - self.level, -most, most))
+            self.level += min(max(wanted - self.level, -most), most)
             self.motor.step(self.level if self.on else None, limit)
             self.limited |= abs(self.motor.current) >= limit
             self.done_s += STEP_S
