@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from motorid.estimate.assembly.doubt import settled
-from motorid.estimate.diagnosis import misfit, residual_remarks
+from motorid.estimate.diagnosis import input_noise, misfit, residual_remarks
 from motorid.estimate.diagnosis.reach import LACK, disagreement, movable, stating
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Estimate
@@ -42,8 +42,9 @@ def with_lack(estimate: Estimate, records: Sequence[MotorRecord], solution: Solu
 def _is_much(records: Sequence[MotorRecord], solution: Solution) -> bool:
     """The residuals of some channel are more than twice its noise."""
     left = misfit.residuals(records, solution)
+    driven = input_noise.where_lacking(records, solution, left)
     return any(
-        residual_remarks.lacking(record, m, r) > MUCH
-        for record, blocks in zip(records, left, strict=True)
-        for m, r in zip(record.measured, blocks, strict=True)
+        residual_remarks.lacking(record, m, r, more) > MUCH
+        for record, blocks, variances in zip(records, left, driven, strict=True)
+        for m, r, more in zip(record.measured, blocks, variances, strict=True)
     )

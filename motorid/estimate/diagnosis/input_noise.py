@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.diagnosis.fault import Hypothesis
+from motorid.estimate.diagnosis.residual_remarks import declared_noise, lacking
 from motorid.estimate.diagnosis.score_test import Screen
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.solver.dense_products import dot, square
@@ -82,3 +83,17 @@ class InputNoise:
 
 
 NONE = InputNoise()
+
+
+def where_lacking(
+    records: Sequence[MotorRecord], solution: Solution, left: Sequence[Sequence[Floats]]
+) -> list[list[float]]:
+    """``InputNoise.variances``, where residuals ``left`` would lack something without; else 0."""
+    lacks = any(
+        lacking(record, m, residual)
+        for record, blocks in zip(records, left, strict=True)
+        for m, residual in zip(record.measured, blocks, strict=True)
+        if not declared_noise(m)
+    )
+    found = InputNoise.of(records, solution).variances() if lacks else []
+    return found or [[0.0] * len(record.measured) for record in records]

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, Capture
 from motorid.estimate.diagnosis import (
     data_remarks,
+    input_noise,
+    misfit,
     repeating_remarks,
     residual_remarks,
     sampling_remarks,
@@ -57,12 +59,13 @@ def diagnostics(
             )
         )  # fmt: skip
     misfits, first = list(out), len(out)
-    for k, (record, own) in enumerate(zip(records, found.solution.own, strict=True)):
+    left = misfit.residuals(records, found.solution)
+    driven = input_noise.where_lacking(records, found.solution, left)
+    for k, record in enumerate(records):
         where = f" in run {k + 1}" if len(records) > 1 else ""
-        left = record.weighed(record.departures(found.solution.values, own), filtered=False)
         segments = named[k][1] if named else ()
-        for m, residual in zip(record.measured, left, strict=True):
-            lacks = residual_remarks.lack_of_fit(record, m, residual, segments, where)
+        for m, residual, more in zip(record.measured, left[k], driven[k], strict=True):
+            lacks = residual_remarks.lack_of_fit(record, m, residual, segments, where, more)
             misfits += lacks
             out += lacks
             coloured.setdefault(m.block.name, []).extend(

@@ -37,10 +37,11 @@ def declared_noise(m: Measured) -> float:
     return float(max(m.noise, step)) if m.noise > 0 else 0.0
 
 
-def lacking(record: MotorRecord, m: Measured, residual: Floats) -> float:
+def lacking(record: MotorRecord, m: Measured, residual: Floats, driven: float = 0.0) -> float:
     """How many times the noise the residuals are, where they are more than they should be; else 0.
 
-    A log declares none: there it is what neighbouring residuals differ by.
+    A log declares none: there it is what neighbouring residuals differ by, and what noise of its
+    voltage leaves, of variance ``driven`` (SI).
     """
     sigma, noise = rms(m, residual), declared_noise(m)
     if noise:
@@ -49,6 +50,7 @@ def lacking(record: MotorRecord, m: Measured, residual: Floats) -> float:
         return 0.0
     hidden = np.sqrt(hidden_noise(record.instances, record.unknowns, m.block.name, ORDER))
     between = max(neighbour_noise(residual, ORDER) * hidden, m.resolution / np.sqrt(12.0))
+    between = np.hypot(between, np.sqrt(driven))
     least = max(OF_NEIGHBOURS * between, VISIBLE * float(np.ptp(m.values)))
     return float(sigma / between) if between > 0.0 and sigma > least else 0.0
 
@@ -74,10 +76,13 @@ def chi_square(solution: Solution, records: Sequence[MotorRecord]) -> tuple[floa
 
 
 def lack_of_fit(
-    record: MotorRecord, m: Measured, residual: Floats, segments: Sequence[Segment], where: str
-) -> list[Diagnostic]:
-    """A channel whose residuals are more than its declared noise, and where most of it lies."""
-    times = lacking(record, m, residual)
+    record: MotorRecord, m: Measured, residual: Floats, segments: Sequence[Segment], where: str,
+    driven: float = 0.0,
+) -> list[Diagnostic]:  # fmt: skip
+    """A channel whose residuals are more than its noise (see ``lacking``), and where most of it
+    lies.
+    """
+    times = lacking(record, m, residual, driven)
     if not times:
         return []
     name = WORDS.get(m.block.name, m.block.name)

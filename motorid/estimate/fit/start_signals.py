@@ -16,6 +16,10 @@ from motorid.estimate.signals.standstill import STIR
 
 Floats = NDArray[np.float64]
 
+FLIPS = 50  # between two counts: a sensor that steps once or twice shows no mean
+PARTS = 16  # of a record, whose mean speeds are compared
+CHANCE = 8.0  # standard deviations of such a mean, by which they differ of a motor that moves
+
 
 @dataclass(frozen=True)
 class Signals:
@@ -90,4 +94,14 @@ def _of_one_log(record: MotorRecord, other: MotorRecord) -> bool:
 
 def _changes(record: MotorRecord, name: str) -> bool:
     m = next((m for m in record.measured if m.block.name == name), None)
-    return m is not None and float(np.ptp(m.values)) > STIR * m.resolution
+    if m is None:
+        return False
+    return float(np.ptp(m.values)) > STIR * m.resolution or (name == SPEED and _wanders(m.values))
+
+
+def _wanders(speeds: Floats) -> bool:
+    """Their mean moves by more than chance: each (n,) shows a count or none, of a slow shaft."""
+    parts = np.array_split(speeds, PARTS)
+    chance = np.sqrt(float(np.mean([np.var(part) for part in parts])) * PARTS / len(speeds))
+    moves = float(np.ptp([np.mean(part) for part in parts])) > CHANCE * chance
+    return moves and int(np.count_nonzero(np.diff(speeds))) > FLIPS

@@ -7,6 +7,7 @@ knows T0 alone would let it creep: where the encoder shows no motion, it is told
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +16,8 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, POSITION, SPEED, Capture, Channel
 from motorid.estimate.signals.measurements import motion
 from motorid.estimate.signals.time_grid import Part, Timeline
+
+Floats = NDArray[np.float64]
 
 STIR = 1.5  # steps of a channel, such as counts, by which the edge of one may flicker
 FEWEST = 24  # readings that tell
@@ -42,11 +45,12 @@ def with_standstill(capture: Capture, timeline: Timeline) -> Timeline:
 def starts_at_rest(capture: Capture, driven: NDArray[np.bool_]) -> bool:
     """The motor stands still, and carries no current, over the first few samples."""
     moving, current = motion(capture), capture.get(CURRENT)
+    noise_of = _noise if capture.program is not None else _least_noise
     if moving is not None and moving.name == POSITION and _moves(moving):
         return False
-    if moving is not None and moving.name == SPEED and not _is_near_zero(moving):
+    if moving is not None and moving.name == SPEED and not _is_near_zero(moving, noise_of):
         return False
-    return not driven[0] or current is None or _is_near_zero(current)
+    return not driven[0] or current is None or _is_near_zero(current, noise_of)
 
 
 def _moves(position: Channel) -> bool:
@@ -70,9 +74,19 @@ def _head(position: Channel) -> int:
     return HEAD * math.ceil(min(COUNTS * position.resolution / fast, LONGEST))
 
 
-def _is_near_zero(channel: Channel) -> bool:
+def _is_near_zero(channel: Channel, noise_of: Callable[[Floats], float]) -> bool:
     head, steps = channel.values[:HEAD], np.diff(channel.values[: 8 * HEAD])
     if not (np.isfinite(head).any() and np.isfinite(steps).any()):
         return False  # nothing was read that could show it
-    scatter = float(np.nanstd(steps))
-    return abs(float(np.nanmean(head))) <= 3.0 * scatter + channel.resolution
+    return abs(float(np.nanmean(head))) <= 3.0 * noise_of(steps) + channel.resolution
+
+
+def _noise(steps: Floats) -> float:
+    """Standard deviation of what neighbours (n,) differ by."""
+    return float(np.nanstd(steps))
+
+
+def _least_noise(steps: Floats) -> float:
+    """The same of the quietest few: a log of few readings a motion steps by the motion itself."""
+    parts = np.array_split(steps, max(len(steps) // (HEAD - 1), 1))
+    return min(_noise(part) for part in parts if np.isfinite(part).any())

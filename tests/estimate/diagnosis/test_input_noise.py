@@ -12,11 +12,12 @@ import pytest
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, VOLTAGE
-from motorid.estimate.diagnosis import input_noise, misfit, rank, score_test
+from motorid.estimate.diagnosis import input_noise, misfit, rank, residual_remarks, score_test
 from motorid.estimate.diagnosis.input_noise import InputNoise
 from motorid.estimate.fit.parameter_bounds import unknowns_of
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
+from motorid.estimate.signals.neighbour_noise import neighbour_noise
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.added_noise import DRAWS
@@ -151,8 +152,22 @@ def test_a_log_with_a_noisy_voltage_leaves_little_to_explain_and_no_fault() -> N
     assert whole > 1.0
     assert misfit.excess(records, left, found.variances()) < whole / 5.0
     assert not any(trial.convincing for trial in rank.trials(records, solution, {}))
+    # nor is it a lack of fit; nine times as much is
+    (driven,) = input_noise.where_lacking(records, solution, left)
+    assert driven == found.variances()[0]
+    m, current, variance = records[0].measured[0], left[0][0], driven[0]
+    assert m.block.name == CURRENT
+    assert residual_remarks.lacking(records[0], m, current) > residual_remarks.OF_NEIGHBOURS
+    assert residual_remarks.lacking(records[0], m, current, variance) == 0.0
+    times = residual_remarks.lacking(records[0], m, 9.0 * current, variance)
+    noise = np.hypot(9.0 * neighbour_noise(current, residual_remarks.ORDER), variance**0.5)
+    assert times == pytest.approx(9.0 * residual_remarks.rms(m, current) / noise, rel=1e-6)
 
 
 @pytest.mark.slow
-def test_a_log_with_a_quiet_voltage_has_none() -> None:
-    assert InputNoise.of(*log(0.0)).changes == ()
+def test_a_log_with_a_quiet_voltage_has_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    records, solution = log(0.0)
+    assert InputNoise.of(records, solution).changes == ()
+    left = misfit.residuals(records, solution)
+    monkeypatch.setattr(InputNoise, "of", lambda *_: pytest.fail("nothing lacks anything"))
+    assert input_noise.where_lacking(records, solution, left) == [[0.0] * len(left[0])]

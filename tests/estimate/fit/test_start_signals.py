@@ -143,6 +143,20 @@ def test_a_change_is_one_beyond_a_step_in_other_pieces_too() -> None:
             signals(piece(speed=FLAT), [flickers])
 
 
+def test_a_slow_shaft_s_speed_of_a_count_or_none_changes_by_its_mean() -> None:
+    """Of 800 readings a tenth shows a count, and then half of them; of a flicker a fifth does."""
+    step, drawn = 3e-4, np.random.default_rng(1).random(800)
+    every, odds = np.arange(800), np.where(np.arange(800) < 400, 0.1, 0.5)
+    current = (every, 0.5 + 0.01 * every)
+
+    def counted(odds: Any) -> Any:
+        return record(800, current=current, speed=(every, step * (drawn < odds)))
+
+    signals(counted(odds))
+    with pytest.raises(DataError, match="the speed never changes"):
+        signals(counted(0.2))
+
+
 @pytest.mark.parametrize(
     ("flat", "moving"),
     [

@@ -172,3 +172,12 @@ def test_a_current_counts_where_the_bridge_is_closed_as_the_run_begins() -> None
     assert at_rest(closes, current=flows) is True
     assert at_rest(~closes, current=flows) is False
     assert at_rest(DRIVEN) is True
+
+
+def test_a_log_of_few_readings_a_motion_does_not_scatter_by_its_motion() -> None:
+    """Steps of 1 A a reading, from reading 8 on; the first eight show no current, or .5 A."""
+    course = np.where(np.arange(100) < 8, 0.0, np.arange(100) % 5 - 2.0)
+    noise = 0.01 * np.random.default_rng(2).standard_normal(100)
+    for begins, rests in ((0.0, True), (0.5, False)):
+        current = course + noise + np.where(np.arange(100) < 8, begins, 0.0)
+        assert at_rest(current=current) is rests
