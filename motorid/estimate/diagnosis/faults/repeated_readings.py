@@ -93,11 +93,12 @@ def _of(channel: Channel) -> Held | None:
 
 def _beyond_flicker(channel: Channel) -> Bools:
     """Readings (n − 2,) that stand out of both neighbours by more than two neighbouring codes can
-    make; those of a signal on its way do not.
+    make, beside another that stands out; those of a signal on its way, or that turns, do not.
     """
     changes = np.diff(channel.values) / channel.resolution
-    back = changes[1:] * changes[:-1] < 0.0
-    return np.asarray(back & (np.abs(np.diff(changes)) > FLICKER - 0.5))
+    back = np.concatenate([[False], changes[1:] * changes[:-1] < 0.0, [False]])
+    large = np.abs(np.diff(changes)) > FLICKER - 0.5
+    return np.asarray(back[1:-1] & large & (back[:-2] | back[2:]))
 
 
 def _repeat(equal: Bools) -> int:

@@ -55,6 +55,8 @@ class Size:
     def worth_saying(self, period_s: float) -> bool:
         """It is there, and as long as samples are apart."""
         least = max(SURE * self.uncertainty_s, WORTH_SAYING * period_s)
+        if self.channel == SPEED:  # one of counts is the mean since the reading before
+            least = max(least, 0.5 * period_s + SURE * self.uncertainty_s)
         return self.seconds > least
 
 

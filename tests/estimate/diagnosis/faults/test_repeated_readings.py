@@ -90,15 +90,16 @@ def test_a_channels_name_is_said_in_words() -> None:
 @pytest.mark.parametrize(
     ("codes", "beyond"),
     [
-        ((5, 6, 5), False), ((5, 6, 4), True), ((5, 7, 5), True), ((5, 3, 4), True),
-        ((5, 7, 10), False), ((5, 5, 9), False), ((9, 5, 5), False),
+        ((5, 6, 5, 6), [0, 0]), ((5, 6, 4, 6), [1, 1]), ((5, 7, 5, 6), [1, 1]),
+        ((5, 3, 4, 3), [1, 0]), ((5, 7, 10, 12), [0, 0]), ((5, 5, 9, 9), [0, 0]),
+        ((5, 9, 5), [0]), ((5, 9, 5, 1), [0, 0]),  # a signal that turns
     ],
 )  # fmt: skip
-def test_a_reading_stands_out_by_more_than_two_neighbouring_codes(
-    codes: tuple[int, int, int], beyond: bool
+def test_a_reading_stands_out_by_more_than_two_neighbouring_codes_beside_another(
+    codes: tuple[int, ...], beyond: list[int]
 ) -> None:
     channel = Channel(CURRENT, "A", np.array(codes, float), scale=STEP, resolution=STEP)
-    assert repeated_readings._beyond_flicker(channel).tolist() == [beyond]
+    assert repeated_readings._beyond_flicker(channel).tolist() == [bool(one) for one in beyond]
 
 
 def test_what_the_import_found_is_not_said_twice() -> None:
@@ -198,7 +199,7 @@ def test_a_run_that_was_stopped_is_no_shorter() -> None:
 @pytest.mark.parametrize(("count", "told"), [(1500, True), (2000, False)])
 def test_chance_makes_no_such_stretch_in_a_capture_of_that_length(count: int, told: bool) -> None:
     """Of three readings two are equal, 42 of 128 around: fifteen in turn by (43/130)^15 a place."""
-    raw = np.tile([6.0, 6.0, -6.0], 700)[:count]
+    raw = np.tile([-6.0, -6.0, 6.0, 6.0, -6.0, 6.0], 350)[:count]
     raw[900:916] = 20.0
     found = repeated_readings._of(Channel(CURRENT, "A", raw, scale=STEP, resolution=STEP))
     assert (found is not None) is told

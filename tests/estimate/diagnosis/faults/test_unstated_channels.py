@@ -50,6 +50,9 @@ def test_only_what_is_sure_and_long_is_said() -> None:
     assert Size(CURRENT, 5e-4, 1e-5).worth_saying(period)
     assert not Size(CURRENT, 3e-4, 1e-5).worth_saying(period)
     assert not Size(CURRENT, 5e-4, 2e-4).worth_saying(period)
+    # a speed of counts, the mean since the reading before, is behind by half of one
+    assert not Size(SPEED, 5.2e-4, 1e-5).worth_saying(period)
+    assert Size(SPEED, 5.4e-4, 1e-5).worth_saying(period)
 
 
 @pytest.mark.parametrize(
