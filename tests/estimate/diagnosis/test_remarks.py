@@ -260,8 +260,11 @@ def test_all_that_is_found_is_said_the_gravest_first(monkeypatch: pytest.MonkeyP
     def remark(code: str, severity: str) -> Diagnostic:
         return Diagnostic(code, severity, "")  # type: ignore[arg-type]
 
-    def lack(run: Any, m: Any, _residual: Any, segments: Any, where: str) -> list[Diagnostic]:
+    def lack(
+        run: Any, m: Any, _residual: Any, segments: Any, where: str, driven: float
+    ) -> list[Diagnostic]:
         asked.append((m.block.name, where))
+        assert driven == (0.1 if m.block.name == "current" else 0.2)
         assert segments == (["segments of it"] if where in ("", " in run 1") else ["others"])
         return [remark(f"lack of {m.block.name}", "warning")] if lacks else []
 
@@ -277,6 +280,9 @@ def test_all_that_is_found_is_said_the_gravest_first(monkeypatch: pytest.MonkeyP
         for name in names:
             monkeypatch.setattr(module, name, said(name))
     monkeypatch.setattr(remarks.residual_remarks, "lack_of_fit", lack)
+    monkeypatch.setattr(
+        remarks.input_noise, "where_lacking", lambda runs, *_: [[0.1, 0.2] for _ in runs]
+    )
     monkeypatch.setattr(
         remarks.residual_remarks, "neighbour_correlation", lambda r: [0.5] if r[0] > 0 else []
     )
