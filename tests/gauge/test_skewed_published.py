@@ -190,7 +190,7 @@ def test_the_interval_of_box_cox_is_that_of_a_plain_bootstrap() -> None:
         one = rng.choice(values, len(values))
         power = float(minimize_scalar(unlikely, (-2.0, 2.0), args=(one,)).x)
         if not drawn:
-            assert power == pytest.approx(stats.boxcox_normmax(one, method="mle"), abs=1e-6)
+            assert power == pytest.approx(stats.boxcox_normmax(one, method="mle"), abs=1e-4)
         shown = box_cox(one, power)
         moved = float(box_cox(np.array([limit]), power)[0])
         drawn.append((moved - shown.mean()) / (3 * shown.std(ddof=1)))
