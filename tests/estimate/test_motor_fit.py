@@ -197,9 +197,11 @@ def test_instrument_uncertainty_follows_the_declared_gains() -> None:
     assert K.instrument / K.value < 0.1 * gain
     stated = plain.budget["R"].keys() & {"current gain", "voltage gain", "clock"}
     assert not stated
+    # effects that were not detected stand beside it
+    others = plain.parameters["R"].instrument
     assert estimate.budget["R"]["current gain"] == pytest.approx(
-        R.instrument, rel=1e-3
-    )  # and effects
+        np.sqrt(R.instrument**2 - others**2), rel=1e-3
+    )
     assert R.total == pytest.approx(np.hypot(R.statistical, R.instrument))
 
 
@@ -309,7 +311,7 @@ def test_the_report_says_which_cause_to_improve_first() -> None:
     assert "current gain for R (" in said
     assert "calibrate the current's gain" in said
     (said,) = (d.message for d in fit([run()]).diagnostics if d.code == "budget")
-    assert "noise for R (" in said
+    assert "commutation resistance for R (" in said  # and of what rises with the speed
     assert "quadratic load for B (" in said  # two levels tell little of windage
 
 

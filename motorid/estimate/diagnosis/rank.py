@@ -21,7 +21,6 @@ from motorid.estimate.diagnosis.faults import (
     encoder_bandwidth,
     load_slip,
     lost_rows,
-    lost_samples,
     low_pass_filter,
     model_alternatives,
     repeated_readings,
@@ -29,6 +28,7 @@ from motorid.estimate.diagnosis.faults import (
     unstated_channels,
 )
 from motorid.estimate.diagnosis.faults.bridge import pulse_distortion, supply_path
+from motorid.estimate.diagnosis.faults.encoder_bandwidth import jumps
 from motorid.estimate.diagnosis.input_noise import InputNoise
 from motorid.estimate.diagnosis.refit import Refit, go_on, refit, rest
 from motorid.estimate.diagnosis.score_test import Screen
@@ -91,7 +91,8 @@ class Trial:
     ``share`` is that of all that there is to explain; ``shift`` how the fault moved each parameter,
     as a share of it, the ``farthest`` in ``_deviations``; ``seen``: the plain laws show it in
     blocks of the capture; ``chance``: share of its size that noise of a voltage makes; ``own``: as
-    ``gain``, by what chance gives the fault itself, at most as much.
+    ``gain``, by what chance gives the fault itself, at most as much; ``alone``: it explains half
+    without that, or jumps show it: chance that adds up explains any ripple.
     """
 
     hypothesis: Hypothesis
@@ -104,6 +105,7 @@ class Trial:
     seen: bool = False
     chance: float = 0.0
     own: float = 0.0
+    alone: bool = True
 
     @property
     def convincing(self) -> bool:
@@ -114,7 +116,7 @@ class Trial:
         harms = far or max(abs(s) for s in self.shift.values()) > HARM
         most = MOSTLY if self.hypothesis.vague else MUCH
         enough = (much and harms) or (self.clear and self.share > most and far)
-        told = abs(float(self.found.size[0])) >= self.hypothesis.least
+        told = self.alone and abs(float(self.found.size[0])) >= self.hypothesis.least
         return enough and told and not self.at_bound and self.chance * SURE < 1.0
 
     @property
@@ -205,9 +207,7 @@ def direct(records: Sequence[MotorRecord]) -> list[Suspect]:
     found: list[Suspect] = []
     for k, record in enumerate(records):
         run = [
-            *encoder_bandwidth.unsized(
-                record, lost_samples.suspects(record.capture, record.timeline)
-            ),
+            *encoder_bandwidth.unsized(record),
             *lost_rows.suspects(record.capture, record.judged_at),
             *repeated_readings.suspects(record.capture),
             *current_zero.suspects(record),
@@ -298,7 +298,9 @@ def trials(
         share, sure = gain / max(most, 1e-9), gain * readings > clear
         chance = driven.share(hypothesis, found.size)
         own = min(scattered, gain)
-        out.append(Trial(hypothesis, found, gain, share, shift, far, sure, seen, chance, own))
+        alone = hypothesis.scatter is None or gain > MUCH * excess or jumps(records)
+        trial = Trial(hypothesis, found, gain, share, shift, far, sure, seen, chance, own, alone)
+        out.append(trial)
         if out[-1].convincing and left < min(REST * excess, clear / readings):
             break
     return sorted(out, key=lambda t: -t.gain - t.own)

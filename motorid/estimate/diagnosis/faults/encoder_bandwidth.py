@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import POSITION, SPEED
 from motorid.estimate.diagnosis.fault import Hypothesis, Words, nothing, series
+from motorid.estimate.diagnosis.faults import lost_samples
 from motorid.estimate.effects import scales
 from motorid.estimate.effects.reading import missed_counts
 from motorid.estimate.effects.reading.missed_counts import MISSED_COUNTS, behind, missed_share
@@ -103,9 +104,15 @@ def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
     ]  # fmt: skip
 
 
-def unsized(record: MotorRecord, found: Sequence[Suspect]) -> list[Suspect]:
+def unsized(record: MotorRecord) -> list[Suspect]:
     """What jumps of a position show, but for lost counts that are an unknown of the record."""
+    found = lost_samples.suspects(record.capture, record.timeline)
     return [s for s in found if s.code != LOST or not _estimated(record)]
+
+
+def jumps(records: Sequence[MotorRecord]) -> bool:
+    """Those of a position show that counts are lost."""
+    return any(s.code == LOST for record in records for s in unsized(record))
 
 
 def _estimated(record: MotorRecord) -> bool:

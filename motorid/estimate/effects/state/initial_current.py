@@ -14,10 +14,6 @@ from motorid.estimate.effects.influence_quantity import (
 )
 from motorid.estimate.signals.standstill import starts_at_rest
 
-# times the extent of the readings: standard deviation about no current. Before the first reading
-# there was no current of another size; where L/R is a part of a sample nothing else would bound it
-MOST = 2.0
-
 
 def _prior(subject: Subject, _: int) -> Prior | None:
     measured = subject.block(CURRENT)
@@ -25,7 +21,7 @@ def _prior(subject: Subject, _: int) -> Prior | None:
         return None
     if starts_at_rest(subject.capture, subject.driven):
         return None
-    return Prior(MOST * scales.extent_of(measured.values), start=float(measured.values[0]))
+    return Prior(start=float(measured.values[0]))
 
 
 INITIAL_CURRENT = InfluenceQuantity(

@@ -63,17 +63,6 @@ def test_a_first_current_is_gone_within_the_electrical_time_constant() -> None:
     assert tau_s < 1e-4
 
 
-def test_a_first_current_is_of_the_size_of_the_readings() -> None:
-    """Where it is gone before the second reading nothing else bounds it."""
-    subject = record("moving")
-    measured = subject.block(CURRENT)
-    prior = INITIAL_CURRENT.prior(subject, 0)
-    assert measured is not None
-    assert prior is not None
-    assert (prior.mean, prior.start) == (0.0, measured.values[0])
-    assert prior.sd == pytest.approx(2.0 * np.ptp(measured.values))
-
-
 def test_a_coast_that_begins_faster_shows_it_from_there_on() -> None:
     subject = record("noisy_source")
     (coast,) = COAST_START.places(subject)  # type: ignore[misc]
