@@ -205,14 +205,13 @@ def deviation_at(covariance: Floats, k: int, held: Sequence[int]) -> float:
     """Standard deviation of the k-th of some uncertain numbers if others were known; infinite where
     nothing bounds them.
     """
-    if not np.isfinite(covariance[np.ix_([k, *held], [k, *held])]).all():
+    among = [k, *held]
+    covariance = covariance[np.ix_(among, among)]
+    if not np.isfinite(covariance).all():
         return np.inf
     scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     table = covariance / np.outer(scale, scale)
+    left = 1.0
     if len(held):
-        across = table[k, held]
-        own = np.linalg.pinv(table[np.ix_(held, held)])
-        left = 1.0 - float(across @ own @ across)
-    else:
-        left = 1.0
-    return float(scale[k] * np.sqrt(max(left, LEAST)))
+        left -= float(table[0, 1:] @ np.linalg.pinv(table[1:, 1:]) @ table[0, 1:])
+    return float(scale[0] * np.sqrt(max(left, LEAST)))
