@@ -108,10 +108,10 @@ $(READY_TO_TEST): $(READY)
 	sh tools/setup.sh test
 	@touch $@
 
-# pytest rewrites each test file's assertions once and keeps them. Where none are kept, every worker
-# would rewrite all of them at the same time: first a process a core takes a share. A file that
-# cannot be read is reported by the tests themselves.
-$(REWRITTEN): $(READY_TO_TEST) $(shell find tests -name '*.py')
+# pytest rewrites each test file's assertions once and keeps them. In a fresh checkout every worker
+# would rewrite all of them at the same time: first a process a core takes a share. What changes later
+# is little. A file that cannot be read is reported by the tests themselves.
+$(REWRITTEN): $(READY_TO_TEST)
 	-@find tests -name 'test_*.py' | xargs -n $(SHARE) -P $(shell nproc 2>/dev/null || echo 2) \
 	    $(PY) -m pytest --collect-only -qq >/dev/null
 	@touch $@

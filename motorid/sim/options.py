@@ -183,9 +183,13 @@ class Options:
         """What commutation adds to R for each rad/s above its speed, Ω·s/rad."""
         if not self.commutation:
             return 0.0
-        m = self.specimen
-        speed = m.voltage_v / m.torque_constant_nm_a - self.commutation_speed
-        return self.commutation * m.resistance_ohm / speed
+        speed = self.frictionless_speed - self.commutation_speed
+        return self.commutation * self.specimen.resistance_ohm / speed
+
+    @property
+    def frictionless_speed(self) -> float:
+        """V/K, rad/s."""
+        return self.specimen.voltage_v / self.specimen.torque_constant_nm_a
 
     @property
     def faults(self) -> tuple[Fault, ...]:
@@ -258,7 +262,7 @@ def _checked(options: Options) -> Options:
         raise UsageError(
             "sim://: saturation needs a smaller saturation_current: no L would be left"
         )
-    top = options.specimen.voltage_v / options.specimen.torque_constant_nm_a
+    top = options.frictionless_speed
     if options.commutation and options.commutation_speed >= top:
         raise UsageError(f"sim://: commutation_speed must lie below V/K, {top:.0f} rad/s")
     decay_mask(options.decay_modes)

@@ -30,9 +30,8 @@ CLEAR = 0.02  # relative, by which the motor must be faster than its encoder say
 RATES = np.linspace(0.2, 1.0, 65)[:-1]  # of the highest speed: above which some may be missed
 SOME = 0.01  # of the counts, to begin with
 LEAST = 5e-4  # of them: less is no counter's, but what else a model lacks
-CYCLE = (
-    4.0  # counts that an edge costs at most: the decoder sees neither that track's nor the other's
-)
+# counts that an edge costs at most: the decoder sees neither that track's nor the other's
+CYCLE = 4.0
 
 
 def seen(records: Sequence[MotorRecord]) -> tuple[Hypothesis, Start] | None:
