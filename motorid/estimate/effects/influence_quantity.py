@@ -64,6 +64,7 @@ class Subject(Protocol):
     noise: SourceNoise
     judged_at: Floats | None  # the motor by which its source was judged; None: not yet
     losing: Mapping[str, float]  # what it lost then, by unknown
+    held: Mapping[str, float]  # parameters (SI) that the fit holds
 
     @property
     def repeating(self) -> Repeats: ...

@@ -82,7 +82,7 @@ class MotorRecord(Weighed):
         self.sensed: Sense = sensed
         self.driving = Driving.of(capture, divided(capture, timeline, sensed), sensed)
         self.shown_parts, self.shape = self.driving.timeline.parts, shape
-        self.gear = capture.wiring.gear_ratio or 1.0
+        self.gear, self.held = capture.wiring.gear_ratio or 1.0, fixed
         self._template = np.array([fixed.get(name, np.nan) for name in self.names])
         self._places = [self.names.index(name) for name in free]
         self.driven = self.timeline.driven

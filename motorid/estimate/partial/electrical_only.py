@@ -26,11 +26,12 @@ from motorid.estimate.assembly.doubt import settled
 from motorid.estimate.diagnosis import identifiability
 from motorid.estimate.diagnosis.remarks import budget
 from motorid.estimate.effects.friction.windage import WINDAGE
+from motorid.estimate.effects.state.initial_speed import INITIAL_SPEED
 from motorid.estimate.fit import joint_fit, multistart
 from motorid.estimate.fit.parameter_bounds import held_values, merged, searched
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.partial import locked_rotor as rotor
-from motorid.estimate.results.estimate import UNITS, Diagnostic, Estimate
+from motorid.estimate.results.estimate import UNITS, Diagnostic, Estimate, Parameter
 from motorid.estimate.results.status import Status
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.intervals import Findings, unknown
@@ -85,7 +86,7 @@ def fit(
     if given and given != ["K"]:
         values = merged(held_values(held, without), solution)
         held = dict(fix)
-        records, solution = _on_scale(captures, held, without, given[0], values)
+        records, solution = _on_scale(records, solution, held, without, given[0], values)
     doubts = _with_windage(uncertain(records, solution, held, without))
     scaled = unjudged(captures, records, doubts, held, without)
     found = scaled if given else _open(scaled)
@@ -138,21 +139,48 @@ def _insist_on_current(captures: Sequence[Capture]) -> None:
 
 
 def _on_scale(
-    captures: Sequence[Capture],
+    before: Sequence[MotorRecord],
+    solution: Solution,
     fix: Mapping[str, float],
     without: Sequence[str],
     name: str,
     values: Mapping[str, float],
 ) -> tuple[list[MotorRecord], Solution]:
-    """The fit with K free, from the ``values`` of K = 1, on the scale that ``fix[name]`` sets."""
+    """The fit with K free, from the ``values`` of K = 1, on the scale that ``fix[name]`` sets.
+
+    ``before``: the records of that fit, and its ``solution``.
+    """
     if not values[name] > 0.0:
         raise DataError(f"--fix {name} sets no scale: these data show no {name}; hold K or J")
     scale = (fix[name] / values[name]) ** (1.0 / POWERS[name])
     start = {n: v * scale ** POWERS.get(n, 0) for n, v in values.items()}
     fixed = held_values(fix, without)
     free = searched(fixed)
-    records = [MotorRecord(capture, free, fixed) for capture in captures]
+    records = [MotorRecord(record.capture, free, fixed, record.shape) for record in before]
+    for record, last, own in zip(records, before, solution.own, strict=True):
+        _begin(record, last.sizes(own), scale)
     return records, multistart.solve(records, free, {**start, **fixed})
+
+
+def _begin(record: MotorRecord, sizes: Mapping[str, float], scale: float) -> None:
+    """As fast as a record of K = 1 began, whose own unknowns have these ``sizes``."""
+    name = INITIAL_SPEED.name
+    record.unknowns = tuple(
+        replace(u, start=sizes[name] / scale) if u.name == name and name in sizes else u
+        for u in record.unknowns
+    )
+
+
+def _in_volts(nuisance: Mapping[str, Parameter]) -> dict[str, Parameter]:
+    """A speed of K = 1 as what it is: a back-EMF."""
+    out = {}
+    for name, p in nuisance.items():
+        if name.startswith(INITIAL_SPEED.name):
+            shown = name.replace(INITIAL_SPEED.name, "initial back-EMF")
+            out[shown] = replace(p, name=shown, unit="V")
+        else:
+            out[name] = p
+    return out
 
 
 def _open(found: Estimate) -> Estimate:
@@ -181,6 +209,7 @@ def _open(found: Estimate) -> Estimate:
         found,
         parameters=parameters,
         combinations=combinations,
+        nuisance=_in_volts(found.nuisance),
         derived={name: found.derived[name] for name in SCALELESS if name in found.derived},
         free=tuple(COMBINED.get(name, name) for name in found.free),
         budget=shares,

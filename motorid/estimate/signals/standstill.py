@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, POSITION, SPEED, Capture, Channel
+from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture, Channel
 from motorid.estimate.signals.measurements import motion
 from motorid.estimate.signals.time_grid import Part, Timeline
 
@@ -22,6 +22,7 @@ Floats = NDArray[np.float64]
 STIR = 1.5  # steps of a channel, such as counts, by which the edge of one may flicker
 FEWEST = 24  # readings that tell
 HEAD = 8  # samples that show whether a record begins at rest
+RISEN = 0.1  # of the largest current, between two readings: a voltage came on
 COUNTS, LONGEST = 6.0, 16  # of an encoder that show a motion; times so many samples, at most
 
 
@@ -51,6 +52,24 @@ def starts_at_rest(capture: Capture, driven: NDArray[np.bool_]) -> bool:
     if moving is not None and moving.name == SPEED and not _is_near_zero(moving, noise_of):
         return False
     return not driven[0] or current is None or _is_near_zero(current, noise_of)
+
+
+def unpowered(capture: Capture) -> bool:
+    """A log's first few samples show neither a voltage nor a current: a motor that turned would
+    show one of them, whatever is connected to it.
+    """
+    each = (capture.get(VOLTAGE), capture.get(CURRENT))
+    return all(one is None or _is_near_zero(one, _least_noise) for one in each)
+
+
+def switched_on(capture: Capture) -> bool:
+    """The current rises from none as a log begins, and by much: as at a trigger on the step."""
+    current = capture.get(CURRENT)
+    if current is None or not np.isfinite(current.values[:2]).all() or len(current.values) < 2:
+        return False
+    first, risen = float(current.values[0]), float(np.diff(current.values[:2])[0])
+    largest = float(np.nanmax(np.abs(current.values)))
+    return abs(first) <= abs(risen) and first * risen >= 0.0 and abs(risen) >= RISEN * largest
 
 
 def _moves(position: Channel) -> bool:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -147,7 +149,8 @@ def test_one_that_is_given_sets_the_scale_of_all(
     monkeypatch.setattr(
         electrical_only.multistart, "solve", lambda _records, _free, start: begun.append(start)
     )
-    electrical_only._on_scale([], {name: motor[name]}, (), name, scaleless)
+    none: Any = SimpleNamespace(own=())
+    electrical_only._on_scale([], none, {name: motor[name]}, (), name, scaleless)
     assert begun == [pytest.approx(motor)]
     with pytest.raises(DataError, match=f"--fix {name} sets no scale"):
-        electrical_only._on_scale([], {name: 1.0}, (), name, {**scaleless, name: 0.0})
+        electrical_only._on_scale([], none, {name: 1.0}, (), name, {**scaleless, name: 0.0})

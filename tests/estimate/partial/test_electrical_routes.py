@@ -16,6 +16,7 @@ from motorid.estimate.effects.friction.windage import WINDAGE
 from motorid.estimate.partial import electrical_only
 from motorid.estimate.results.estimate import Diagnostic, Suspect
 from motorid.estimate.results.status import Status
+from motorid.estimate.solver.problem import Unknown
 from tests.estimate.partial.test_rotor_routes import COUNT, REST, TURNS, log
 from tests.report.example import estimate, parameter
 
@@ -121,7 +122,7 @@ def test_another_that_is_given_sets_the_scale(monkeypatch: pytest.MonkeyPatch) -
     assert parts.asked["joint_fit.solved"] == [(BOTH, {"L": 1e-3, "K": 1.0}, ("B",))]
     assert parts.asked["held_values"] == [({"L": 1e-3, "K": 1.0}, ("B",))]
     assert parts.asked["merged"] == [("held values", "solution")]
-    assert parts.asked["_on_scale"] == [(BOTH, fix, ("B",), "J", "merged")]
+    assert parts.asked["_on_scale"] == [("records", "solution", fix, ("B",), "J", "merged")]
     assert parts.asked["uncertain"] == [("scaled records", "scaled", fix, ("B",))]
     assert parts.asked["unjudged"] == [(BOTH, "scaled records", "doubts", fix, ("B",))]
 
@@ -188,13 +189,20 @@ def test_two_that_are_given_are_too_many() -> None:
 
 
 def test_records_are_made_of_what_is_free_and_what_is_held(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(electrical_only, "MotorRecord", lambda *given: given)
+    speed, offset = Unknown("initial speed", 5.0), Unknown("current offset", 0.0)
+    made = lambda *given: SimpleNamespace(given=given, unknowns=(speed, offset))  # noqa: E731
+    monkeypatch.setattr(electrical_only, "MotorRecord", made)
     monkeypatch.setattr(electrical_only, "searched", lambda fixed: ("free", *fixed))
     monkeypatch.setattr(electrical_only.multistart, "solve", lambda *given: given)
     values = {"R": 2.0, "L": 1e-3, "K": 1.0, "B": 4.0, "J": 2.0, "T0": 6.0}
     held = electrical_only.held_values({"J": 8.0}, ())
-    records, solved = electrical_only._on_scale(BOTH, {"J": 8.0}, (), "J", values)
-    assert records == [(BOTH[0], ("free", *held), held)]
+    sizes = {"initial speed": 3.0, "current offset": 7.0}
+    before: Any = SimpleNamespace(capture=BOTH[0], shape="held", sizes=lambda own: sizes | own)
+    solution: Any = SimpleNamespace(own=({},))
+    records, solved = electrical_only._on_scale([before], solution, {"J": 8.0}, (), "J", values)
+    (record,) = records
+    assert record.given == (BOTH[0], ("free", *held), held, "held")  # the voltage's shape stays
+    assert [u.start for u in record.unknowns] == [1.5, 0.0]  # at twice the K half the speed
     begun = {"R": 2.0, "L": 1e-3, "K": 2.0, "B": 16.0, "J": 8.0, "T0": 12.0}
     assert solved == (records, ("free", *held), pytest.approx(begun))
 
@@ -213,7 +221,15 @@ def test_what_is_told_for_a_constant_of_one_are_combinations(
             **found.parameters, "B": replace(found.parameters["B"], status=Status.FIXED),
         },
     )  # fmt: skip
+    some = replace(some, nuisance={
+        name: replace(found.parameters["T0"], name=name, unit=unit)
+        for name, unit in (("initial speed of run 2", "rad/s"), ("initial current", "A"))
+    })  # fmt: skip
     told = electrical_only._open(some)
+    assert {n: (p.name, p.unit) for n, p in told.nuisance.items()} == {
+        "initial back-EMF of run 2": ("initial back-EMF of run 2", "V"),
+        "initial current": ("initial current", "A"),
+    }
     assert set(told.combinations) == {"J/K²", "T0/K"}
     ratio = told.combinations["J/K²"]
     assert (ratio.name, ratio.unit) == ("J/K²", "A·s/V")
