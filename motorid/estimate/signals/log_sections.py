@@ -21,6 +21,7 @@ from motorid.estimate.signals.opened_bridge import Opening, openings
 from motorid.estimate.signals.standstill import STIR
 
 PAUSE = 5.0  # usual periods between two samples, from which a log begins anew
+COMMON = 0.9  # of the intervals of a log without a motion are no pauses, however they scatter
 NEAR = 4  # samples on either side that tell the usual period there
 FEWEST = 64  # samples of a piece worth a beginning of its own
 DRIVEN = 24  # the same of one between two openings of the bridge
@@ -48,7 +49,9 @@ def _cut(capture: Capture) -> list[Capture]:
     if capture.program is not None or len(capture) < 2 * FEWEST:
         return [capture]
     steps = np.diff(capture.time_s)
-    cuts = np.flatnonzero(steps > PAUSE * running_median(steps, NEAR)) + 1
+    longer = steps / running_median(steps, NEAR)
+    common = float(np.quantile(longer, COMMON)) if motion(capture) is None else 1.0
+    cuts = np.flatnonzero(longer > PAUSE * max(common, 1.0)) + 1
     edges = pairwise([0, *cuts.tolist(), len(capture)])
     long = _worth(capture, edges, FEWEST)
     if not len(cuts) or not long:

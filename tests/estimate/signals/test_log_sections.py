@@ -38,6 +38,19 @@ def test_a_pause_is_of_several_periods(share: float, count: int) -> None:
     assert len(unbroken([log(100, 100, pause=share * PAUSE)])) == count
 
 
+@pytest.mark.parametrize(("turns", "whole"), [(None, True), (True, False)])
+def test_waiting_times_of_a_busy_computer_are_no_pauses_without_a_motion(
+    turns: bool | None, whole: bool
+) -> None:
+    """A piece that begins while nobody sees the speed has to find that too."""
+    capture = log(900) if turns is None else moving(turns, each=900)
+    waits = 0.3 + np.random.default_rng(3).exponential(0.7, len(capture))
+    ticks = np.rint(1e3 * np.cumsum(waits)).astype(np.int64)
+    assert (len(unbroken([replace(capture, ticks=ticks)])) == 1) is whole
+    ticks[450:] += round(1e3 * 5.0 * PAUSE)
+    assert len(unbroken([replace(capture, ticks=ticks)])) >= 2
+
+
 def test_a_stretch_too_short_for_a_beginning_of_its_own_is_left_out() -> None:
     assert [len(piece) for piece in unbroken([log(100, FEWEST - 1, 90)])] == [100, 90]
     assert [len(piece) for piece in unbroken([log(100, FEWEST, 90)])] == [100, FEWEST, 90]
