@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from motorid.capture.model import CURRENT
 from motorid.estimate.effects import scales
 from motorid.estimate.effects.action import InitialState
@@ -13,6 +15,17 @@ from motorid.estimate.effects.influence_quantity import (
     Use,
 )
 from motorid.estimate.signals.standstill import starts_at_rest
+
+MOST = 10.0  # times the largest current of a run: more than any winding gave the ones it shows
+
+
+def _bounds(subject: Subject) -> tuple[float, float]:
+    """Of either sign. Where the first reading comes when the current has died away, nothing but the
+    speed shows it, and the two would run away together: an absurd current stops an absurd speed.
+    """
+    measured = subject.block(CURRENT)
+    most = 0.0 if measured is None else MOST * float(np.abs(measured.values).max(initial=0.0))
+    return (-most, most) if most else (-np.inf, np.inf)
 
 
 def _prior(subject: Subject, _: int) -> Prior | None:
@@ -33,4 +46,5 @@ INITIAL_CURRENT = InfluenceQuantity(
     prior=_prior,
     scale=scales.extent(CURRENT),
     remedy="begin the run at rest",
+    bounds=_bounds,
 )
