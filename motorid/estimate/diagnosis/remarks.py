@@ -25,7 +25,8 @@ from motorid.estimate.fit import lagging_start
 from motorid.estimate.fit.subsample_inductance import PULSES
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Diagnostic, Parameter
-from motorid.estimate.uncertainty.budget import remedy
+from motorid.estimate.solver.problem import Solution
+from motorid.estimate.uncertainty.budget import FRICTION, SEARCH, remedy
 from motorid.estimate.uncertainty.intervals import Findings, budget_shares
 from motorid.motor.parameters import Motor, mechanical_time_constant
 from motorid.segment import Segment
@@ -39,6 +40,7 @@ DROP_IN_R = (
     0.25  # of the drop over the largest current: the most that bench/bench_kit.py's rigs show
 )
 INSEPARABLE = 0.98  # correlation
+EXCLUDED = 9.0  # of chi-square, by which a rival is out of the question
 WORTH_SEPARATING = 0.01  # relative statistical uncertainty
 
 
@@ -51,13 +53,7 @@ def diagnostics(
     """Findings about data and fit, the gravest first. ``named``: the captures' segments."""
     out: list[Diagnostic] = []
     coloured: dict[str, list[float]] = {}
-    if not found.solution.converged:
-        out.append(
-            Diagnostic(
-                "not_converged", "error",
-                "the search did not settle: the values are not the most likely ones",
-            )
-        )  # fmt: skip
+    out += _unsettled(found.solution)
     misfits, first = list(out), len(out)
     left = misfit.residuals(records, found.solution)
     driven = input_noise.where_lacking(records, found.solution, left)
@@ -81,6 +77,7 @@ def diagnostics(
     out += data_remarks.standing(records)
     out += _statistics(found)
     out += _budget(found, parameters)
+    out += _shared_friction(records)
     out += _brushes(found, records)
     out += _by_ripple(found, records)
     out += _dropping(found, records)
@@ -91,6 +88,32 @@ def diagnostics(
     out += _run_to_add([n for n in parameters if n in doubtful], found.motor(), records)
     order = {"error": 0, "warning": 1, "info": 2}
     return tuple(sorted(out, key=lambda d: order[d.severity]))
+
+
+def _unsettled(solution: Solution) -> Iterator[Diagnostic]:
+    """A search that stopped short of the most likely values: by much, or by what the budget has."""
+    if solution.unfinished:
+        yield Diagnostic(
+            "not_converged", "error",
+            "the search did not settle: the values are not the most likely ones",
+        )  # fmt: skip
+    elif not solution.converged:
+        yield Diagnostic(
+            "search_unfinished", "info",
+            f"the search ended where its quadratic model still promised {solution.promised:.2g} of "
+            f'chi-square; the step that is left is the line "{SEARCH}" of the budget',
+        )  # fmt: skip
+
+
+def _shared_friction(records: Sequence[MotorRecord]) -> Iterator[Diagnostic]:
+    """Another answer that noise does not exclude, with friction of the other kind."""
+    if any(one.friction and one.behind < EXCLUDED for r in records for one in r.rivals):
+        yield Diagnostic(
+            "friction_shared", "info",
+            "these readings hardly separate friction that grows with speed (B) from friction that "
+            "does not (T0); the intervals cover answers that share it otherwise, which is the "
+            f'line "{FRICTION}" of the budget: {remedy(FRICTION)}',
+        )  # fmt: skip
 
 
 def _bounded(records: Sequence[MotorRecord], misfits: Sequence[Diagnostic]) -> Iterator[Diagnostic]:

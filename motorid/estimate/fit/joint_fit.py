@@ -18,7 +18,7 @@ from motorid.estimate.fit import (
 )
 from motorid.estimate.fit.alternating_fit import again
 from motorid.estimate.fit.lagging_start import Doubt, taken_earlier
-from motorid.estimate.fit.logs import log_fit, log_grid
+from motorid.estimate.fit.logs import log_fit, log_friction, log_grid
 from motorid.estimate.fit.multistart import leaves_misfit, settled, whitened, with_repeated
 from motorid.estimate.fit.parameter_bounds import held_values, merged, searched
 from motorid.estimate.model.capture_model import MotorRecord
@@ -58,7 +58,7 @@ def solved(
     solution = whitened(records, free, merged(start, solution), solution)
     if logged:
         fine = again(records, free, start, solution, FINE, most=FINE_STEPS)
-        solution = replace(fine, converged=solution.converged)
+        solution = replace(fine, converged=solution.converged or fine.converged)
     known = merged(start, solution)
     return subsample_inductance.told(records, free, fixed, known, solution) or (records, solution)
 
@@ -87,8 +87,10 @@ def _with_other_friction(
         return solution
     found = merged(start, solution)
     top = max(scales.speed(record) for record in records)
+    if not top:
+        return log_friction.shared(records, solution, free, start)
     torque = found["B"] * top + found["T0"]
-    for share in SHARED if top else ():
+    for share in SHARED:
         other = {**found, "B": (1.0 - share) * torque / top, "T0": share * torque}
         near = replace(solution, values=np.array([other[u.name] for u in solution.unknowns]))
         trial = again(records, free, start, near)

@@ -175,7 +175,9 @@ def whitened(
         lent = replace(solution, derivatives=_filtered(records, white))
         solution = again(records, free, start, lent, enough, most=most)
         if not weighed and solution.objective >= lent.objective:  # it began where it had ended
-            solution = replace(solution, converged=lent.converged)
+            solution = replace(
+                solution, converged=lent.converged, promised=lent.promised, left=lent.left
+            )
         if not coloured:
             break
     return solution

@@ -280,13 +280,15 @@ class Moments:
 
 @dataclass(frozen=True)
 class Rival:
-    """An answer (p,) under another shape of the voltage: its values, and the objective by which it
-    is the less likely. ``late_s``: by how much the voltage comes later there; NaN: it has no lag.
+    """An answer (p,) under another shape of the voltage, or with ``friction`` of another kind: its
+    values, and the objective by which it is the less likely. ``late_s``: by how much the voltage
+    comes later there; NaN: it has no lag.
     """
 
     values: Floats
     behind: float
     late_s: float = math.nan
+    friction: bool = False
 
 
 def of_log(

@@ -194,6 +194,7 @@ def _solution(search: Concentrated, at: Point, converged: bool) -> Solution:
         stuck.append(tuple(np.flatnonzero(held).tolist()))
     at_bound = (at.shared <= frame.lower) | (at.shared >= frame.upper)
     covariance = bounded_inverse(information, at_bound)
+    ahead, _, promised = search.move(at, normals, 0.0) if not converged else (None, [], 0.0)
     own_covariance = [e.inverse + e.follows @ covariance @ e.follows.T for e in eliminated]
     return Solution(
         unknowns=frame.unknowns,
@@ -209,6 +210,8 @@ def _solution(search: Concentrated, at: Point, converged: bool) -> Solution:
         evaluations=search.evaluations,
         converged=converged,
         derivatives=known,
+        promised=promised,
+        left=None if ahead is None else ahead - at.shared,
     )
 
 

@@ -15,6 +15,7 @@ from motorid.estimate.solver.dense_products import gram, square
 Floats = NDArray[np.float64]
 
 LEAST = 1e-250  # of an information: its inverse is still a number
+LITTLE = 1.0  # of chi-square: what is left is a standard deviation by noise at most
 SINGULAR = 1e-14  # of the largest eigenvalue: less is rounding
 
 
@@ -139,11 +140,20 @@ class Solution:
     converged: bool
     derivatives: Derivatives | None = None  # as far as another search may lend them
     noise: float = 0.0  # of F, by noise of what drives the model: other models may pass less
+    promised: float = np.inf  # of F, by what is left of a search that did not settle
+    left: Floats | None = None  # (p,) the step to there, in search coordinates; None: it settled
 
     @property
     def fair(self) -> float:
         """F as it is held against that of other models."""
         return self.objective - self.noise
+
+    @property
+    def unfinished(self) -> bool:
+        """The search did not settle, and what is left of it is no small part of what noise leaves
+        open: the values may lie anywhere.
+        """
+        return not self.converged and self.promised >= LITTLE
 
     @cached_property
     def records(self) -> tuple[Linearised, ...]:

@@ -27,6 +27,8 @@ Floats = NDArray[np.float64]
 
 FINDING = "finding: "  # begins the line of a fault that the fit has not allowed for
 SETTLING = "source iteration"  # of fit and source in turn, as far as it did not settle
+SEARCH = "unfinished search"  # what its own quadratic model has left of it
+FRICTION = "shared friction"  # by B and T0, where another share is nearly as likely
 GRID = "grid of the fit"  # of a log with irregular stamps, whose readings lie between its ticks
 UNEVEN = "uneven residuals"  # of a capture: readings that tell a parameter are left the most
 BENT = "inductance hardly told"  # what hangs on it by no straight line
@@ -39,6 +41,8 @@ REST = {  # what is left when every influence quantity has its line
     INSTRUMENTS: "calibrate the instruments that read the table",
     SPREAD: "clamp motor and sensors alike in every run, and take more runs",
     SETTLING: "drive by higher or lower levels: at these the ripple turns the current",
+    FRICTION: "drive by two levels of the voltage or more, or end in a coast",
+    SEARCH: "hold or leave out what these data do not determine (--fix, --without)",
     UNSTATED: "declare the delays and filters of the log's channels (--delay, --filter)",
     BENT: "log faster than L/R, with steps of the voltage",
     GRID: "log with even stamps",

@@ -44,7 +44,7 @@ def findings(
     scatter = scattered(solution, records, unseen)
     lines = undetected(solution, records, unseen) if answers else ()
     carried = budget.carried(solution, records)
-    leaning = profiled and solution.converged
+    leaning = profiled and not solution.unfinished
     if leaning and (bent := bent_valley.shifts(solution, records, scatter)):
         scatter = scattered(solution, records, unseen, bent)
     return Findings(
@@ -74,6 +74,8 @@ def scattered(
         budget.UNEVEN: uneven_residuals.of_captures(solution, records),
         budget.UNSTATED: [shift for record in records for shift in record.left_open],
         budget.SETTLING: [one for one in (records[0].unsettled,) if one is not None],
+        budget.FRICTION: log_scatter.rivals(solution, records[0], friction=True),
+        budget.SEARCH: [] if solution.converged or solution.left is None else [solution.left],
         budget.GRID: [one for one in (records[0].between_ticks,) if one is not None],
     }
     known = budget.of_priors(solution, records)

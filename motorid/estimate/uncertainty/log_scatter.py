@@ -36,20 +36,22 @@ def shifts(solution: Solution, records: Sequence[MotorRecord]) -> list[Floats]:
         if record.sensed.waveform is not None
     ]
     if not logs:
-        return _rivals(solution, records[0])
+        return rivals(solution, records[0])
     inverse = covariance_of(solution.information)
     pulls = np.concatenate([_pulls(record, line) for record, line in logs])
     white = np.asarray(sum(line.orthogonal.T @ line.orthogonal for _, line in logs))
     hidden = uneven_residuals.ways(inverse @ (pulls.T @ pulls - white) @ inverse)
     alone = uneven_residuals.shifts([line for _, line in logs], inverse, hidden)
-    return [*hidden, *alone, *_rivals(solution, logs[0][0])]
+    return [*hidden, *alone, *rivals(solution, logs[0][0])]
 
 
-def _rivals(solution: Solution, record: MotorRecord) -> list[Floats]:
-    """Distance to the answers by another shape or delay of the voltage, by how likely those are."""
+def rivals(solution: Solution, record: MotorRecord, friction: bool = False) -> list[Floats]:
+    """Distance to the answers by another shape or delay of the voltage, by how likely those are; or
+    to those by ``friction`` of another kind.
+    """
     logs = np.array([u.log for u in solution.unknowns])
     out = []
-    for rival in record.rivals:
+    for rival in (one for one in record.rivals if one.friction is friction):
         likely = np.exp(-0.5 * rival.behind)
         ratio = np.maximum(rival.values, 1e-300) / np.maximum(solution.values, 1e-300)
         apart = np.where(logs, np.log(ratio), rival.values - solution.values)

@@ -26,7 +26,7 @@ def record(period_s: float = 1e-4, **changes: Any) -> Any:
     given = {
         "timeline": SimpleNamespace(period_s=period_s, count=2000, parts=()), "foretold": None,
         "capture": clean_capture(FAULHABER), "volts": np.array([0.0, 6.0, -9.0]),
-        "shown_parts": [SimpleNamespace(discontinuous=False)],
+        "shown_parts": [SimpleNamespace(discontinuous=False)], "rivals": (),
     }  # fmt: skip
     return SimpleNamespace(**{**given, **changes})
 
@@ -299,7 +299,7 @@ def test_all_that_is_found_is_said_the_gravest_first(monkeypatch: pytest.MonkeyP
         )  # fmt: skip
 
     answer = findings()
-    solution = replace(answer.solution, own=(None, None), converged=False)  # type: ignore[arg-type]
+    solution = replace(answer.solution, own=(None, None), converged=False, promised=1.0)  # type: ignore[arg-type]
     answer = replace(answer, solution=solution)
     parameters = intervals.parameters(answer)
     named: Any = [("", ["segments of it"]), ("", ["others"])]
@@ -315,6 +315,11 @@ def test_all_that_is_found_is_said_the_gravest_first(monkeypatch: pytest.MonkeyP
     assert "current [0.5, 0.5]" in codes  # of both runs together
     assert not any(code.startswith("speed") for code in codes)
     assert {"_statistics", "_budget", "_dropping", "stopping", "standing", "of_logs"} <= set(codes)
+    near = replace(answer, solution=replace(solution, promised=0.9))
+    told = {d.code: d for d in remarks.diagnostics(near, [run(), run()], parameters, named)}
+    assert "not_converged" not in told
+    assert told["search_unfinished"].severity == "info"
+    assert "0.9 of chi-square" in told["search_unfinished"].message
     settled = replace(answer, solution=replace(solution, own=(None,), converged=True))  # type: ignore[arg-type]
     asked.clear()
     alone = remarks.diagnostics(settled, [run(1)], parameters, named[:1])

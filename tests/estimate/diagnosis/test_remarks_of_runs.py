@@ -82,7 +82,7 @@ def test_errors_come_before_warnings_and_these_before_remarks(
     answer = findings()
     answer = replace(answer, solution=replace(answer.solution, own=(np.zeros(0),)))
     record: Any = SimpleNamespace(
-        untried=0, measured=(), capture=None, departures=lambda *_: [],
+        untried=0, rivals=(), measured=(), capture=None, departures=lambda *_: [],
         weighed=lambda parts, filtered: parts,
     )  # fmt: skip
     known = {n: Parameter(n, "", 1.0, None, None, None, None, Status.ESTIMATED) for n in MOTOR}

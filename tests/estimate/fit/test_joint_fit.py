@@ -73,7 +73,13 @@ def test_the_likelier_is_taken_where_it_surely_is(
 def test_nothing_is_tried_where_one_of_them_is_given(monkeypatch: pytest.MonkeyPatch) -> None:
     free = tuple(n for n in MOTOR if n != "B")
     assert found(monkeypatch, (), free=free)[1].seen == []
-    assert found(monkeypatch, (), top=0.0)[1].seen == []
+
+
+def test_without_a_motion_valleys_of_friction_are_compared(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(joint_fit.log_friction, "shared", lambda *given: given)
+    (_, before, free, start), tried = found(monkeypatch, (), top=0.0)
+    assert (free, start, tried.seen) == (tuple(MOTOR), MOTOR, [])
+    assert before.objective == solution().objective
 
 
 @pytest.mark.parametrize("share", [0.5, 0.7, 1.0, 1.3, 2.0])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -123,6 +125,24 @@ class Valley(OneByOne):
     def residuals(self, shared: np.ndarray, own: np.ndarray) -> list[np.ndarray]:
         a, b = shared
         return [np.full(20, 2.0 - a / b), np.full(20, 3.0 - a)]
+
+
+def test_a_search_that_stops_short_says_what_is_left_of_it() -> None:
+    """Its quadratic model, near the minimum, and the step to there in search coordinates."""
+    record = Line(300, 0.0)
+    ended = maximise(SHARED, [record])
+    assert (ended.left, ended.promised, ended.unfinished) == (None, 0.0, False)
+    shift = np.sqrt(np.diag(ended.covariance))
+    begun = [replace(u, start=float(v)) for u, v in zip(SHARED, ended.values, strict=True)]
+    off = Coordinates(begun).outward(Coordinates(begun).start + shift)
+    short = maximise(
+        [replace(u, start=float(v)) for u, v in zip(begun, off, strict=True)], [record], 0
+    )
+    assert short.left == pytest.approx(-shift, rel=0.1)
+    assert short.promised == pytest.approx(short.objective - ended.objective, rel=0.1)
+    assert short.unfinished
+    assert not replace(short, promised=0.9).unfinished
+    assert replace(short, promised=np.inf).unfinished
 
 
 def test_a_curved_valley_is_walked_to_its_end() -> None:

@@ -218,7 +218,7 @@ def test_stretches_that_pull_together_widen_by_what_is_beyond_white_noise() -> N
 def test_only_what_read_its_voltage_as_a_log_has_stretches(monkeypatch: pytest.MonkeyPatch) -> None:
     record, one = stretched((range(64), np.ones(64), np.repeat(np.tile([9.0, -9.0], 16), 2)))
     solution: Any = SimpleNamespace(records=(one,), information=np.array([[64.0]]))
-    monkeypatch.setattr(log_scatter, "_rivals", lambda _, record: [record])
+    monkeypatch.setattr(log_scatter, "rivals", lambda _, record: [record])
     assert len(log_scatter.shifts(solution, [record])) == 2
     record.sensed.waveform = None
     assert log_scatter.shifts(solution, [record]) == [record]

@@ -18,10 +18,10 @@ def test_a_rival_widens_by_its_distance_and_how_likely_it_is(behind: float, shar
         unknowns=[SimpleNamespace(log=True), SimpleNamespace(log=False)],
         values=np.array([2.0, 5.0]),
     )  # fmt: skip
-    rival = SimpleNamespace(behind=behind, values=np.array([3.0, 4.0]))
+    rival = SimpleNamespace(friction=False, behind=behind, values=np.array([3.0, 4.0]))
     record: Any = SimpleNamespace(rivals=[rival])
-    (shift,) = log_scatter._rivals(solution, record)
+    (shift,) = log_scatter.rivals(solution, record)
     distance = np.array([np.log(1.5), -1.0])  # of a logarithm, and of a value
     assert shift == pytest.approx(distance * np.sqrt(share), abs=1e-4)
     record.rivals = []
-    assert log_scatter._rivals(solution, record) == []
+    assert log_scatter.rivals(solution, record) == []

@@ -140,7 +140,7 @@ def parts(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
 
 
 def test_an_answer_has_every_cause_and_profiles_unless_asked(parts: dict[str, Any]) -> None:
-    solution: Any = SimpleNamespace(converged=True)
+    solution: Any = SimpleNamespace(unfinished=False)
     records: Any = ("run",)
     found = whole.findings(records, solution, {"K": 2.0}, ("B",))
     assert found.solution is solution
@@ -154,7 +154,7 @@ def test_an_answer_has_every_cause_and_profiles_unless_asked(parts: dict[str, An
     assert whole.findings(records, solution, {}, (), profiled=False).profiles == {}
     without = whole.findings(records, solution, {}, (), answers=False)
     assert (without.undetected, set(without.causes)) == ((), {"gain", "held"})
-    solution.converged = False
+    solution.unfinished = True
     assert whole.findings(records, solution, {}, ()).profiles == {}
 
 
@@ -167,7 +167,7 @@ def test_what_follows_by_no_straight_line_counts_where_likelihoods_are_followed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
     """It is asked for by the covariance that lacks it."""
-    solution: Any = SimpleNamespace(converged=converged)
+    solution: Any = SimpleNamespace(unfinished=not converged)
     records: Any = ("run",)
     asked, bent = list[Any](), [np.array([2.0])]
     monkeypatch.setattr(whole.bent_valley, "shifts", lambda *a: asked.append(a) or bent)
@@ -192,14 +192,19 @@ def test_what_no_residual_shows_is_counted_by_cause(monkeypatch: pytest.MonkeyPa
         SimpleNamespace(left_open=[two, three], unsettled=None, between_ticks=one),
     ]
     unseen: Any = [SimpleNamespace(shared=three)]
-    _, priors, hidden, pieces = whole.scattered("solution", records, unseen)  # type: ignore[misc, arg-type]
+    monkeypatch.setattr(whole.log_scatter, "rivals", lambda *_, friction: [two] * friction)
+    settled: Any = SimpleNamespace(converged=True, left=one)
+    _, priors, hidden, pieces = whole.scattered(settled, records, unseen)  # type: ignore[misc]
     assert (priors, pieces) == (known, ("part",))
     assert hidden == {
         VOLTAGE_NOISE.name: [three], SCATTER: [four], budget.UNSTATED: [one, two, three],
         budget.SETTLING: [two], budget.GRID: [], budget.UNEVEN: [three], budget.BENT: (),
+        budget.FRICTION: [two], budget.SEARCH: [],
     }  # fmt: skip
     records.reverse()
     bent = [two, four]
-    _, _, hidden, _ = whole.scattered("solution", records, unseen, bent)  # type: ignore[misc, arg-type]
+    unfinished: Any = SimpleNamespace(converged=False, left=one)
+    _, _, hidden, _ = whole.scattered(unfinished, records, unseen, bent)  # type: ignore[misc]
+    assert hidden[budget.SEARCH] == [one]
     assert (hidden[budget.SETTLING], hidden[budget.GRID]) == ([], [one])
     assert hidden[budget.BENT] == bent
