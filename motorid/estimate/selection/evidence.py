@@ -64,8 +64,12 @@ class Evidence:
 
     @property
     def possible(self) -> bool:
-        """The likelihood clearly speaks for it; its size is not nothing, though it may be open."""
-        return self.counted > HALF * self.needed and self.size > SURE / 2.0
+        """The likelihood clearly speaks for it, or captures that the fit did not see agree. Its size
+        is not nothing, though it may be open.
+        """
+        agreed = self.left_out is not None and self.left_out > 0.0
+        enough = self.suffices if agreed else self.counted > HALF * self.needed
+        return enough and self.size > SURE / 2.0
 
     @property
     def unsure(self) -> bool:
@@ -125,10 +129,10 @@ class Price:
     open: float
 
 
-def priced(rough: Fitted, added: Term) -> Price:
-    """Of a fit to which ``added`` was the last to come."""
+def priced(rough: Fitted, *added: Term) -> Price:
+    """Of a fit to which ``added`` were the last to come."""
     colour = inflation(rough.solution)
-    unknowns = len(added.free) + (len(rough.records) if added.phase else 0)
+    unknowns = sum(len(t.free) + (len(rough.records) if t.phase else 0) for t in added)
     paid = rough.solution.objective + colour * unknowns * _each(rough.solution)
     return Price(paid, unknowns, colour * MARGIN)
 

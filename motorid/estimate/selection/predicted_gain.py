@@ -74,7 +74,9 @@ def foresee(records: Sequence[MotorRecord], plain: Solution, candidate: Candidat
     if coloured or wandering:
         wider = _maximum([*six, *sizes], straight, plain)
     narrower = _maximum(six, straight, plain)
-    more = len(candidate.term.free) + (len(records) if candidate.term.phase else 0)
+    more = sum(len(term.free) for term in candidate.terms) + (
+        len(records) if candidate.term.phase else 0
+    )
     found = evidence(wider, narrower, more)
     if candidate.term.per_turn or not found.suffices:
         return found
@@ -125,5 +127,5 @@ def _sizes(candidate: Candidate) -> list[Unknown]:
     """The term's sizes in their scales; those that cannot be below nothing."""
     if candidate.term.per_turn:
         return [Unknown("size", 0.0) for changes in candidate.changes for _ in changes]
-    least = 0.0 if ADDED[candidate.term.size].lower == 0.0 else -np.inf
-    return [Unknown(candidate.term.size, 0.0, least)]
+    sizes = [term.size for term in reversed(candidate.terms)]
+    return [Unknown(n, 0.0, 0.0 if ADDED[n].lower == 0.0 else -np.inf) for n in sizes]

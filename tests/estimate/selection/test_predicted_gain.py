@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -47,6 +48,13 @@ def test_a_size_is_not_below_nothing_where_the_term_is_not(name: str) -> None:
     else:
         (size,) = sizes
         assert size.lower == (0.0 if ADDED[term.size].lower == 0.0 else -np.inf)
+
+
+def test_a_companions_size_comes_behind_the_terms_own() -> None:
+    both = replace(candidate(TERMS["direction"], (2, 2)), companion=TERMS["load-friction"])
+    own, other = predicted_gain._sizes(both)
+    assert (own.name, own.lower) == ("d_T0", -np.inf)
+    assert (other.name, other.lower) == ("c_load", 0.0)
 
 
 class Foreseen:
