@@ -64,8 +64,8 @@ class Evidence:
 
     @property
     def possible(self) -> bool:
-        """The likelihood clearly speaks for it, or captures that the fit did not see agree. Its size
-        is not nothing, though it may be open.
+        """The likelihood clearly speaks for it, or captures that the fit did not see agree with it.
+        Its size is not nothing, though it may be open.
         """
         agreed = self.left_out is not None and self.left_out > 0.0
         enough = self.suffices if agreed else self.counted > HALF * self.needed

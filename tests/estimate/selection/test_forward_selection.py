@@ -217,7 +217,8 @@ def test_two_terms_are_fitted_at_once_and_the_last_judged_beside_its_companion(
     assert seen["begin"][0][:3] == ((), now.solution, (D, C, A))
     assert seen["priced"] == [(rough, C, A)]
     assert seen["weigh"] == [(fitted, (D, C), now.solution, A)]
-    assert found == Trial(A, (D, C), GOOD, pytest.approx(3.0))
+    assert replace(found, moves=0.0) == Trial(A, (D, C), GOOD, 0.0)
+    assert found.moves == pytest.approx(3.0)
 
 
 def test_what_has_no_straight_lines_cannot_be_foreseen() -> None:
