@@ -15,6 +15,7 @@ from motorid.estimate.selection import predicted_gain
 from motorid.estimate.selection.evidence import Evidence
 from motorid.estimate.selection.extended_fit import begin
 from motorid.estimate.selection.score_test import Candidate
+from motorid.estimate.solver.allowance import opened
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Unknown
 from tests.estimate.effects.benches import FAULHABER
@@ -135,4 +136,9 @@ def test_a_search_over_straight_lines_simulates_no_motor() -> None:
     lent = predicted_gain._maximum(unknowns, straight, white)
     anew = maximise(unknowns, straight, enough=predicted_gain.ENOUGH)
     assert anew.objective == pytest.approx(lent.objective, abs=0.1)
+    with opened() as allowance:
+        allowance.most = 0.0
+        ended = predicted_gain._maximum(unknowns, straight, white)
+    assert ended.objective == lent.objective  # it takes nothing of what has ended
+    assert not allowance.ended
     assert straight[0].simulated == before
