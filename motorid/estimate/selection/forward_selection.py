@@ -179,7 +179,7 @@ class _Search:
     def round(self, now: _Model) -> list[tuple[Fitted, Trial]]:
         """The candidates that were fitted; the last earns its place, if one does.
 
-        Beside one that is unsure, or for which the first may only stand, the rest are tried in the
+        Beside one that hides them, or for which the first may only stand, the rest are tried in the
         next round.
         """
         found: list[tuple[Fitted, Trial]] = []
@@ -204,7 +204,7 @@ class _Search:
                 tried = [t.term for _, t in found]
                 self._leave(now, [c for c in [*rivals, *waiting] if c.term not in tried])
                 break
-            if any(trial.evidence.unsure for _, trial in found):
+            if any(_hides(trial, waiting) for _, trial in found):
                 return found
         return found
 
@@ -250,6 +250,14 @@ class _Search:
             if rough is not None and rough.solution.objective <= most:
                 break
         return begun, rough
+
+
+def _hides(trial: Trial, waiting: Sequence[Candidate]) -> bool:
+    """Those that wait are looked for beside it: its size is open by what else is lacking, or it is
+    there and explains more than all that they promise.
+    """
+    e = trial.evidence
+    return e.unsure or (e.supports and bool(waiting) and e.gain > sum(c.gain for c in waiting))
 
 
 def _asked(
