@@ -64,8 +64,12 @@ class Evidence:
 
     @property
     def possible(self) -> bool:
-        """The likelihood clearly speaks for it; its size is not nothing, though it may be open."""
-        return self.counted > HALF * self.needed and self.size > SURE / 2.0
+        """The likelihood clearly speaks for it, or captures that the fit did not see agree with it.
+        Its size is not nothing, though it may be open.
+        """
+        agreed = self.left_out is not None and self.left_out > 0.0
+        enough = self.suffices if agreed else self.counted > HALF * self.needed
+        return enough and self.size > SURE / 2.0
 
     @property
     def unsure(self) -> bool:
@@ -92,24 +96,31 @@ def weigh(wider: Fitted, narrower: Sequence[Term], before: Solution, added: Term
     more = len(wider.free) - len(null.free) + own
     found = evidence(wider.solution, null.solution, more)
     k = wider.free.index(added.size)
-    size = size_of(wider.solution, k)
+    size, held = size_of(wider.solution, k), list[int]()
     if size <= SURE and found.exceeds:
-        size = size_of(wider.solution, k, shapes_of(wider.free, added))  # its shape alone is open
+        held = shapes_of(wider.free, added)  # its shape alone is open
+        size = size_of(wider.solution, k, held)
     found = replace(found, size=size)
     if found.suffices and found.size > 0.0:
-        found = _less_by_input_noise(found, wider, k)
+        found = _less_by_input_noise(found, wider, k, held)
     if len(wider.records) > 1 and found.suffices:
         return replace(found, left_out=foretold(found.gain, wider.solution, null.solution))
     return found
 
 
-def _less_by_input_noise(found: Evidence, wider: Fitted, k: int) -> Evidence:
-    """The evidence of a size that noise of the voltage moves too, which no residual shows."""
+def _less_by_input_noise(
+    found: Evidence, wider: Fitted, k: int, held: Sequence[int] = ()
+) -> Evidence:
+    """The evidence of a size that noise of the voltage moves too, which no residual shows: at the
+    shapes ``held`` at which the size counts, as along an open shape it moves both.
+    """
     taken_in = errors_in_variables.hidden(wider.solution, wider.records, roughly=True)
-    moved = sum(shift[k] ** 2 for shift in errors_in_variables.shifts(taken_in))
+    known = statistical(wider.solution).covariance
+    moved = sum((np.outer(s, s) for s in errors_in_variables.shifts(taken_in)), 0.0 * known)
+    without, whole = (deviation_at(c, k, held) ** 2 for c in (known, known + moved))
     one, value = wider.solution.unknowns[k], float(wider.solution.values[k])
     deviation = (1.0 if one.log else abs(value)) / found.size
-    more = 1.0 + moved / max(deviation**2, 1e-300)
+    more = 1.0 + (whole - without) / max(deviation**2, 1e-300)
     return replace(found, inflation=found.inflation * more, size=found.size / np.sqrt(more))
 
 
@@ -125,10 +136,10 @@ class Price:
     open: float
 
 
-def priced(rough: Fitted, added: Term) -> Price:
-    """Of a fit to which ``added`` was the last to come."""
+def priced(rough: Fitted, *added: Term) -> Price:
+    """Of a fit to which ``added`` were the last to come."""
     colour = inflation(rough.solution)
-    unknowns = len(added.free) + (len(rough.records) if added.phase else 0)
+    unknowns = sum(len(t.free) + (len(rough.records) if t.phase else 0) for t in added)
     paid = rough.solution.objective + colour * unknowns * _each(rough.solution)
     return Price(paid, unknowns, colour * MARGIN)
 

@@ -19,7 +19,7 @@ from motorid.estimate.selection.extended_fit import (
     sizes_by_name,
     width_of,
 )
-from motorid.estimate.selection.joint_start import beside
+from motorid.estimate.selection.joint_start import beside, pair
 from motorid.estimate.selection.predicted_gain import foresee
 from motorid.estimate.selection.revision import SAME, Revision
 from motorid.estimate.selection.score_test import SCREENED, Candidate, screen
@@ -40,6 +40,7 @@ LEAST = 4  # the same: with less no other fit begins
 UNFORESEEN = Evidence(np.inf, 1.0, 0.0)
 RIVAL = 0.5  # of a promise, from which another is tried beside it
 ALIKE = 0.2  # the same of what it moves
+MASKED = 2.0  # times the best promise, from which two terms are fitted at once
 LITTLE = 0.05  # of a term's size, from which a search begins that failed from the whole of it
 
 
@@ -178,7 +179,7 @@ class _Search:
     def round(self, now: _Model) -> list[tuple[Fitted, Trial]]:
         """The candidates that were fitted; the last earns its place, if one does.
 
-        Beside one that is unsure, or for which the first may only stand, the rest are tried in the
+        Beside one that hides them, or for which the first may only stand, the rest are tried in the
         next round.
         """
         found: list[tuple[Fitted, Trial]] = []
@@ -203,7 +204,7 @@ class _Search:
                 tried = [t.term for _, t in found]
                 self._leave(now, [c for c in [*rivals, *waiting] if c.term not in tried])
                 break
-            if any(trial.evidence.unsure for _, trial in found):
+            if any(_hides(trial, waiting) for _, trial in found):
                 return found
         return found
 
@@ -223,7 +224,7 @@ class _Search:
         """
         found = [(c, *self._rough(now, c, most)) for c in rivals]
         tried = [(c, b, rough) for c, b, rough in found if rough is not None]
-        for k in in_order([priced(rough, candidate.term) for candidate, _, rough in tried]):
+        for k in in_order([priced(rough, *candidate.terms) for candidate, _, rough in tried]):
             candidate, start, rough = tried[k]
             if rough.solution.objective > most or self.allowance.ended:
                 break
@@ -231,12 +232,13 @@ class _Search:
                 fitted = start.nearly(rough)
             except DataError:  # no motor with finite readings is where it ended
                 continue
-            evidence = weigh(fitted, now.taken, now.solution, candidate.term)
+            older = (*now.taken, *candidate.terms[:-1])
+            evidence = weigh(fitted, older, now.solution, candidate.term)
             if self.allowance.ended:
                 break
             then = fitted.values
             moves = (abs(then[n] - now.values[n]) / r for n, r in self.reach.items())
-            yield fitted, Trial(candidate.term, now.taken, evidence, max(moves, default=0.0))
+            yield fitted, Trial(candidate.term, older, evidence, max(moves, default=0.0))
 
     def _rough(self, now: _Model, candidate: Candidate, most: float) -> tuple[Begun, Fitted | None]:
         """A rough fit from where straight lines see it; where that leaves more than ``most``, from
@@ -248,6 +250,14 @@ class _Search:
             if rough is not None and rough.solution.objective <= most:
                 break
         return begun, rough
+
+
+def _hides(trial: Trial, waiting: Sequence[Candidate]) -> bool:
+    """Those that wait are looked for beside it: its size is open by what else is lacking, or it is
+    there and explains more than all that they promise.
+    """
+    e = trial.evidence
+    return e.unsure or (e.supports and bool(waiting) and e.gain > sum(c.gain for c in waiting))
 
 
 def _asked(
@@ -275,7 +285,20 @@ def _asked(
         and (hidden or c.gain > GROSS or any(_stands_for(m, c, white) for m in likely))
         and _is_likely(_foreseen(now, white, c))
     ]
-    return sorted([*likely, *harmless], key=lambda c: -_moves(c, reach)), half, white
+    asked = sorted([*likely, *harmless], key=lambda c: -_moves(c, reach))
+    return [*_masked(now, white, tried, reach), *asked], half, white
+
+
+def _masked(
+    now: _Model, white: Solution, tried: Sequence[Candidate], reach: Mapping[str, float]
+) -> list[Candidate]:
+    """Two terms that explain more than twice what any one of them all does: each hides the other,
+    and one by one another would come first. None, or one.
+    """
+    both = pair(tried, white)
+    if both is None or not both.gain > MASKED * max(c.gain for c in tried):
+        return []
+    return [both] if _matters(both, reach) and _is_likely(_foreseen(now, white, both)) else []
 
 
 def _is_likely(found: Evidence) -> bool:
@@ -357,7 +380,7 @@ def _begun(now: _Model, candidate: Candidate) -> Begun:
     fixed = {n: v for n, v in now.values.items() if n not in names}
     own = candidate.beside(sizes_by_name(now.records, now.solution))
     return begin(
-        now.records, now.solution, (*now.taken, candidate.term),
-        fixed={n: v for n, v in fixed.items() if n not in candidate.term.free},
+        now.records, now.solution, (*now.taken, *candidate.terms),
+        fixed={n: v for n, v in fixed.items() if all(n not in t.free for t in candidate.terms)},
         start={**_shifted(now, candidate), **candidate.start}, own=own,
     )  # fmt: skip

@@ -7,6 +7,7 @@ told by the same sums, which are the screen's.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +57,33 @@ def beside(one: Candidate, other: Candidate, solution: Solution) -> float:
     return lines.gain([0, 1]) - lines.gain([1])
 
 
+def pair(candidates: Sequence[Candidate], solution: Solution) -> Candidate | None:
+    """The two that promise most together, as one, the more promising of them the companion; None
+    of fewer than two. Each has the shape that it has alone, and none has phases.
+
+    What one effect does to the readings may undo what another does: alone, neither promises much,
+    and a forward selection passes both by (A. Miller, Subset Selection in Regression, 2nd ed.,
+    2002, on forward selection).
+    """
+    known = [c for c in candidates if c.changes and not c.term.per_turn]
+    if len(known) < 2:
+        return None
+    lines = _Lines([Tried(c.term, {}, c.changes) for c in known], solution)
+    two = max(combinations(range(len(known)), 2), key=lines.gain)
+    last, first = sorted(two, key=lambda k: known[k].gain)
+    sizes, gain = lines.solved([last, first])
+    start: dict[str, float] = {}
+    for k, together in zip((last, first), sizes, strict=True):
+        alone, size = lines.solved([k])[0][0], known[k].term.size
+        start |= {**known[k].start, size: known[k].start[size] * float(together / alone)}
+    names = [u.name for u in solution.unknowns]
+    shift = dict(zip(names, (lines.follows([last, first]) * solution.slopes).tolist(), strict=True))
+    changes = tuple(
+        np.concatenate(both) for both in zip(known[last].changes, known[first].changes, strict=True)
+    )
+    return Candidate(known[last].term, gain, shift, start, (), changes, known[first].term)
+
+
 class _Lines:
     """Everything that was tried, as straight lines beside the parameters and nuisances."""
 
@@ -75,18 +103,25 @@ class _Lines:
 
     def gain(self, chosen: Iterable[int]) -> float:
         """Of chi-square."""
-        return self._solved(list(chosen))[1]
+        return self.solved(list(chosen))[1]
 
     def sizes(self, chosen: Iterable[int]) -> dict[int, Floats]:
         """Of each that was chosen, in scales; its own of every record, one after the other."""
         chosen = list(chosen)
-        sizes, _ = self._solved(chosen)
+        sizes, _ = self.solved(chosen)
         places = self._places(chosen)
         found = {}
         for k, here in places.items():
             each = sizes[np.unique(here)]
             found[k] = np.maximum(each, FAINT) if self.tried[k].one_sided else each
         return found
+
+    def follows(self, chosen: Sequence[int]) -> Floats:
+        """The move (p,) of the parameters in search coordinates beside these, without phases."""
+        sizes, _ = self.solved(chosen)
+        rows = np.concatenate([self.rows[k] for k in chosen])
+        shared = np.sum([part.shared[rows] for part in self.parts], axis=0)
+        return np.asarray(-self.inverse @ shared.T @ sizes)
 
     def _places(self, chosen: Sequence[int]) -> dict[int, NDArray[np.int_]]:
         """(records, q): where each one's sizes are; those of a phase differ between records."""
@@ -99,8 +134,8 @@ class _Lines:
             first = int(places[k].max()) + 1
         return places
 
-    def _solved(self, chosen: Sequence[int]) -> tuple[Floats, float]:
-        """The sizes (n,) and what they gain."""
+    def solved(self, chosen: Sequence[int]) -> tuple[Floats, float]:
+        """The sizes (n,) in scales, and what they gain of chi-square together."""
         places = self._places(chosen)
         total = 1 + max(int(here.max()) for here in places.values())
         squares, pull = np.zeros((total, total)), np.zeros(total)

@@ -18,6 +18,7 @@ from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import ADDED
 from motorid.estimate.selection.evidence import Evidence, evidence, size_of
 from motorid.estimate.selection.score_test import Candidate
+from motorid.estimate.solver.allowance import taking_none
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Derivatives, Solution, Unknown
 
@@ -74,7 +75,9 @@ def foresee(records: Sequence[MotorRecord], plain: Solution, candidate: Candidat
     if coloured or wandering:
         wider = _maximum([*six, *sizes], straight, plain)
     narrower = _maximum(six, straight, plain)
-    more = len(candidate.term.free) + (len(records) if candidate.term.phase else 0)
+    more = sum(len(term.free) for term in candidate.terms) + (
+        len(records) if candidate.term.phase else 0
+    )
     found = evidence(wider, narrower, more)
     if candidate.term.per_turn or not found.suffices:
         return found
@@ -97,14 +100,17 @@ def _straight(record: MotorRecord, plain: Solution, candidate: Candidate, k: int
 def _maximum(
     unknowns: Sequence[Unknown], straight: Sequence[Straight], plain: Solution
 ) -> Solution:
-    """The most likely moves; the lines lend their derivatives."""
+    """The most likely moves; the lines lend their derivatives. Also where an allowance has ended:
+    what a search leaves out is known by them.
+    """
     p, own = len(unknowns), tuple(np.zeros(len(r.unknowns)) for r in straight)
     tables = [r.weighed_lines() for r in straight]
     known = Derivatives(
         np.zeros(p), own, tuple(shared[:p] for shared, _ in tables), tuple(o for _, o in tables)
     )
     before = replace(plain, own=own, derivatives=known)
-    return maximise(unknowns, straight, enough=ENOUGH, before=before)
+    with taking_none():
+        return maximise(unknowns, straight, enough=ENOUGH, before=before)
 
 
 def _moves(plain: Solution) -> list[Unknown]:
@@ -125,5 +131,5 @@ def _sizes(candidate: Candidate) -> list[Unknown]:
     """The term's sizes in their scales; those that cannot be below nothing."""
     if candidate.term.per_turn:
         return [Unknown("size", 0.0) for changes in candidate.changes for _ in changes]
-    least = 0.0 if ADDED[candidate.term.size].lower == 0.0 else -np.inf
-    return [Unknown(candidate.term.size, 0.0, least)]
+    sizes = [term.size for term in reversed(candidate.terms)]
+    return [Unknown(n, 0.0, 0.0 if ADDED[n].lower == 0.0 else -np.inf) for n in sizes]

@@ -32,7 +32,8 @@ class Candidate:
 
     ``gain`` of chi-square for white residuals; ``shift`` of every parameter, SI; ``start`` and
     ``own`` (a mapping a record) begin a fit with it. ``changes``: what it does to every record's
-    readings, (q, n), weighed; empty where that is no straight line.
+    readings, (q, n), weighed; empty where that is no straight line. ``companion``: a term that is
+    fitted with it, whose changes follow its own.
     """
 
     term: Term
@@ -41,6 +42,12 @@ class Candidate:
     start: Mapping[str, float]
     own: tuple[Mapping[str, float], ...] = ()
     changes: tuple[Floats, ...] = ()
+    companion: Term | None = None
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """All that a fit of it adds; the term itself is the last."""
+        return (self.term,) if self.companion is None else (self.companion, self.term)
 
     def beside(self, own: Sequence[Mapping[str, float]]) -> list[dict[str, float]]:
         """Every record's own sizes, with those that the term begins with."""

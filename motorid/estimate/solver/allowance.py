@@ -79,6 +79,16 @@ def current() -> Allowance:
     return _now.get() or Allowance()
 
 
+@contextmanager
+def taking_none() -> Iterator[None]:
+    """Searches in between take no responses: none of them ends where an allowance does."""
+    token = _now.set(None)
+    try:
+        yield
+    finally:
+        _now.reset(token)
+
+
 def used_up() -> bool:
     """A search has to end where it is; not where nothing was allowed or forbidden."""
     allowance = _now.get()

@@ -58,6 +58,18 @@ def test_a_term_is_possible_where_it_explains_twice_what_it_costs(
     assert Evidence(2.0 * gain, 2.0, 20.0, size).possible is possible
 
 
+@pytest.mark.parametrize(
+    ("gain", "size", "left_out", "possible"),
+    [(21.0, 2.1, 1.0, True), (19.0, 9.0, 1.0, False), (21.0, 1.9, 1.0, False),
+     (39.0, 3.0, -1.0, False), (41.0, 3.0, -1.0, True)],
+)  # fmt: skip
+def test_a_term_is_possible_where_it_pays_for_itself_and_captures_left_out_agree(
+    gain: float, size: float, left_out: float, possible: bool
+) -> None:
+    """Else what is offered with a size of four deviations would be nothing with one of less."""
+    assert Evidence(gain, 1.0, 20.0, size, left_out).possible is possible
+
+
 def test_what_is_likelier_explains_more_beyond_its_cost() -> None:
     one, other = Evidence(90.0, 1.0, 20.0), Evidence(120.0, 2.0, 1.0)
     assert one.beats(replace(other, gain=120.0 - 1.0))

@@ -12,9 +12,11 @@ import pytest
 
 from motorid.estimate.model.extended_terms import TERMS, Term
 from motorid.estimate.selection import forward_selection as forward
-from motorid.estimate.selection.evidence import Evidence
+from motorid.estimate.selection.evidence import Evidence, Price
 from motorid.estimate.selection.forward_selection import Trial
 from motorid.estimate.selection.score_test import Candidate
+from motorid.estimate.solver.allowance import Allowance
+from tests.estimate.selection.noted_stages import noting
 
 NAMES = ("direction", "quadratic-load", "cogging", "brush-drop")
 A, B, C, D = (TERMS[name] for name in NAMES)
@@ -177,6 +179,46 @@ def test_what_a_harmless_one_may_hide_is_a_reason_to_fit_it(
     assert asked(monkeypatch, each, [A]) == [A]
     assert asked(monkeypatch, each[:1], [A]) == []
     assert asked(monkeypatch, [each[0], candidate(C, 29.0, R=0.2)], [A]) == []
+
+
+@pytest.mark.parametrize(
+    ("gain", "R", "foreseen", "first"),
+    [(81.0, 0.2, [A, B], True), (80.0, 0.2, [A, B], False), (81.0, 0.04, [A, B], False),
+     (81.0, 0.2, [B], False)],
+)  # fmt: skip
+def test_two_that_hide_each_other_are_asked_for_first(
+    gain: float, R: float, foreseen: list[Term], first: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They explain more than twice what any one explains, and matter."""
+    both = replace(candidate(A, gain, R=R), companion=C)
+    seen: list[Any] = []
+    monkeypatch.setattr(forward, "pair", lambda *of: seen.append(of) or both)
+    each = [candidate(B, 40.0, R=0.2), candidate(C, 9.0, R=0.01)]
+    found = asked(monkeypatch, each, foreseen)
+    assert found == ([A, B] if first else [B])
+    assert seen == [(each, WHITE)]
+
+
+def test_two_terms_are_fitted_at_once_and_the_last_judged_beside_its_companion(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    seen: dict[str, Any] = {}
+    rough: Any = SimpleNamespace(solution=SimpleNamespace(objective=1.0))
+    fitted: Any = SimpleNamespace(values={"R": 2.3, "K": 1.0})
+    begun: Any = SimpleNamespace(followed=lambda: rough, nearly=lambda _: fitted)
+    noting(monkeypatch, forward, seen, begin=begun, weigh=GOOD, priced=Price(1.0, 2, 1.0),
+           sizes_by_name=[])  # fmt: skip
+    held: Any = SimpleNamespace(name="R")
+    values, solution = {"R": 2.0, "K": 1.0, "J": 4.0}, SimpleNamespace(unknowns=[held])
+    now: Any = SimpleNamespace(records=(), solution=solution, values=values, taken=(D,))
+    both = replace(candidate(A), companion=C)
+    search = forward._Search(REACH, (), Allowance())
+    ((_, found),) = search._compared(now, [both], 10.0)
+    assert seen["begin"][0][:3] == ((), now.solution, (D, C, A))
+    assert seen["priced"] == [(rough, C, A)]
+    assert seen["weigh"] == [(fitted, (D, C), now.solution, A)]
+    assert replace(found, moves=0.0) == Trial(A, (D, C), GOOD, 0.0)
+    assert found.moves == pytest.approx(3.0)
 
 
 def test_what_has_no_straight_lines_cannot_be_foreseen() -> None:

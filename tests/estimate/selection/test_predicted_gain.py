@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,6 +15,7 @@ from motorid.estimate.selection import predicted_gain
 from motorid.estimate.selection.evidence import Evidence
 from motorid.estimate.selection.extended_fit import begin
 from motorid.estimate.selection.score_test import Candidate
+from motorid.estimate.solver.allowance import opened
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Unknown
 from tests.estimate.effects.benches import FAULHABER
@@ -47,6 +49,13 @@ def test_a_size_is_not_below_nothing_where_the_term_is_not(name: str) -> None:
     else:
         (size,) = sizes
         assert size.lower == (0.0 if ADDED[term.size].lower == 0.0 else -np.inf)
+
+
+def test_a_companions_size_comes_behind_the_terms_own() -> None:
+    both = replace(candidate(TERMS["direction"], (2, 2)), companion=TERMS["load-friction"])
+    own, other = predicted_gain._sizes(both)
+    assert (own.name, own.lower) == ("d_T0", -np.inf)
+    assert (other.name, other.lower) == ("c_load", 0.0)
 
 
 class Foreseen:
@@ -127,4 +136,9 @@ def test_a_search_over_straight_lines_simulates_no_motor() -> None:
     lent = predicted_gain._maximum(unknowns, straight, white)
     anew = maximise(unknowns, straight, enough=predicted_gain.ENOUGH)
     assert anew.objective == pytest.approx(lent.objective, abs=0.1)
+    with opened() as allowance:
+        allowance.most = 0.0
+        ended = predicted_gain._maximum(unknowns, straight, white)
+    assert ended.objective == lent.objective  # it takes nothing of what has ended
+    assert not allowance.ended
     assert straight[0].simulated == before

@@ -315,8 +315,9 @@ def weighed(
         assert list(shapes) in ([], [2])
         return sizes[bool(len(shapes))]
 
-    def less(found: Evidence, of: Any, k: int) -> Evidence:
+    def less(found: Evidence, of: Any, k: int, held: Any) -> Evidence:
         assert (of, k) == (wider, 1)
+        assert held == ([2] if sizes[False] <= 4.0 and found.exceeds else [])
         return replace(found, inflation=found.inflation * (1.0 + moved))
 
     monkeypatch.setattr(evidence, "_less_by_input_noise", less)

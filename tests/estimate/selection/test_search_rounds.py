@@ -115,6 +115,23 @@ def test_beside_one_that_is_unsure_the_rest_wait_for_the_next_round(
 
 
 @pytest.mark.parametrize(
+    ("evidence", "promise", "tried"),
+    [(GOOD, 49.0, [A]), (GOOD, 49.6, [A, C, D]), (BAD, 4.0, [A, C, D])],
+)
+def test_beside_one_that_is_there_and_explains_more_than_the_rest_promise_they_wait(
+    evidence: Evidence, promise: float, tried: list[Term], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It moves nothing, and would be lost beside what stands for it: friction that follows load."""
+    Fits(
+        monkeypatch, direction=(300.0, evidence, 0.0), cogging=(200.0, BAD, 0.5),
+        brush_drop=(200.0, BAD, 0.5),
+    )  # fmt: skip
+    waiting = [candidate(A, 100.0, R=1.0), candidate(C, promise, R=0.1), candidate(D, 49.6, R=0.1)]
+    found, _ = rounds(monkeypatch, waiting)
+    assert sorted(t.term.name for t in found) == sorted(t.name for t in tried)
+
+
+@pytest.mark.parametrize(
     ("pair", "evidence", "tried"),
     [((C, A), GOOD, [A]), ((C, A), BAD, [A, C]), ((A, C), GOOD, [A, C])],
 )

@@ -101,6 +101,39 @@ def test_what_one_promises_beside_another_is_what_only_it_explains() -> None:
     assert joint_start.beside(a, twin, solution()) == pytest.approx(0.0, abs=1e-6)
 
 
+def alone(one: Tried, gain: float, scale: float) -> Candidate:
+    """As a screen has it: ``gain`` is said, its size counted in ``scale``."""
+    table, left = design([one], [False])
+    start = {one.term.size: scale * float(least(table, left)[0][4])}
+    return Candidate(one.term, gain, {}, start, (), one.changes)
+
+
+def test_two_that_promise_most_together_begin_where_least_squares_see_both() -> None:
+    """Not the two that promise most one by one; parameters follow both."""
+    stall = TERMS["stribeck"]
+    one, load, idle = tried(DIRECTION), tried(LOAD), tried(stall)
+    hidden = tuple(
+        one_line.residual * np.repeat(one_line.sigmas, LENGTHS) - a[0]
+        for one_line, a in zip(LINES, one.changes, strict=True)
+    )  # what the first leaves of the residual
+    load = Tried(LOAD, {}, tuple(c[None] for c in hidden))
+    table, left = design([load, one], [False, False])
+    found, rest = least(table, left)
+    before, whole = least(table[:, :4], left)
+    assert min(found[4:]) > 0.0
+    each = [alone(one, 7.0, 3.0), alone(load, 8.0, 0.5), alone(idle, 99.0, 1.0)]
+    assert (both := joint_start.pair([*each, alone(tried(COGGING, 2), 5.0, 1.0)], solution()))
+    assert both.terms == (LOAD, DIRECTION)
+    assert both.gain == pytest.approx(whole - rest)
+    assert both.start == pytest.approx({"T_lc": 0.5 * found[4], "d_T0": 3.0 * found[5]})
+    moves = found[:2] - before[:2]
+    assert both.shift == pytest.approx({"R": 2.0 * moves[0], "T0": moves[1]})
+    assert [len(c) for c in both.changes] == [2, 2]
+    assert both.changes[1][0] == pytest.approx(one.changes[1][0])
+    assert joint_start.pair(each[:1], solution()) is None
+    assert joint_start.pair([], solution()) is None
+
+
 def test_a_size_that_cannot_be_below_nothing_is_none_or_more() -> None:
     one, load = tried(DIRECTION), tried(LOAD)
     for way in (1.0, -1.0):  # of which one is against reason

@@ -162,7 +162,7 @@ def moved_by(
         module.errors_in_variables, "hidden",
         lambda *of, roughly=False: asked.append((*of, roughly)) or hidden,
     )  # fmt: skip
-    before = Evidence(80.0, 2.0, 20.0, SIZE)
+    before = Evidence(80.0, 2.0, 20.1, SIZE)
     after = module._less_by_input_noise(before, wide, k)
     assert asked == [(wide.solution, wide.records, True)]
     return before, after
@@ -188,9 +188,29 @@ def test_errors_as_large_as_the_deviation_of_a_size_halve_its_evidence(
     before, after = moved_by(monkeypatch, *shares, name=name)
     assert after.counted == pytest.approx(before.counted / 2.0)
     assert after.size == pytest.approx(before.size / 2.0**0.5)
-    assert (after.gain, after.needed) == (80.0, 20.0)
+    assert (after.gain, after.needed) == (80.0, 20.1)
     assert before.supports
     assert not after.suffices  # a counted gain of 40 was twice what is needed
+
+
+def test_errors_that_move_a_size_along_its_open_shape_leave_it_as_sure_as_it_is_there(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As of a knee of saturation between two levels: size and knee grow together."""
+    wide = wider()
+    k, shape = wide.free.index("T_lc"), wide.free.index("J")
+    known = module.statistical(wide.solution).covariance.copy()
+    known[k, shape] = known[shape, k] = 0.999 * np.sqrt(known[k, k] * known[shape, shape])
+    monkeypatch.setattr(module, "statistical", lambda _: SimpleNamespace(covariance=known))
+    along = 5.0 * known[shape] / np.sqrt(known[shape, shape])  # by five deviations of the shape
+    hidden: Any = [SimpleNamespace(shared=along)]
+    monkeypatch.setattr(module.errors_in_variables, "hidden", lambda *_, **__: hidden)
+    size = abs(wide.solution.values[k]) / module.deviation_at(known, k, [shape])
+    before = Evidence(80.0, 2.0, 20.0, size)
+    after = module._less_by_input_noise(before, wide, k, [shape])
+    assert after.size == pytest.approx(size)
+    assert after.counted == pytest.approx(before.counted)
+    assert module._less_by_input_noise(before, wide, k).size < 0.02 * size
 
 
 @pytest.mark.parametrize(
@@ -212,5 +232,5 @@ def test_only_a_size_that_suffices_is_held_against_noise_of_the_voltage(
     monkeypatch.setattr(module, "_less_by_input_noise", less_by)
     found = module.weigh(wide, (), narrow(), LOAD)
     k = wide.free.index("T_lc")
-    assert asked == ([(gain, size, wide, k)] if less else [])
+    assert asked == ([(gain, size, wide, k, [])] if less else [])
     assert found.size == (1.0 if less else size)
