@@ -116,7 +116,8 @@ class InfluenceQuantity:
 
     ``scale``: over which its effect keeps its course, in ``unit``; a derivative's step is ``step``
     of it. ``places``: the parts, or jumps, of a capture that have one each. ``told``: the readings
-    may tell a propagated one better than its declaration. ``listed`` among what was estimated.
+    may tell a propagated one better than its declaration. ``kept``: one that was not detected has
+    its line in a budget even where readings hardly tell it. ``listed`` among what was estimated.
     ``term``: of a wider model, that has the effect by itself.
     """
 
@@ -132,6 +133,7 @@ class InfluenceQuantity:
     places: Callable[[Any], Sequence[int]] | None = None
     step: float = 1e-5
     told: Callable[[Any], bool] = never
+    kept: Callable[[Any], bool] = never
     listed: bool = True
     term: str = ""
 

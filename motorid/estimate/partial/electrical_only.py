@@ -25,7 +25,6 @@ from motorid.estimate.assembly.assemble import (
 from motorid.estimate.assembly.doubt import settled
 from motorid.estimate.diagnosis import identifiability
 from motorid.estimate.diagnosis.remarks import budget
-from motorid.estimate.effects.friction.windage import WINDAGE
 from motorid.estimate.effects.state.initial_speed import INITIAL_SPEED
 from motorid.estimate.fit import joint_fit, multistart
 from motorid.estimate.fit.parameter_bounds import held_values, merged, searched
@@ -87,7 +86,7 @@ def fit(
         values = merged(held_values(held, without), solution)
         held = dict(fix)
         records, solution = _on_scale(records, solution, held, without, given[0], values)
-    doubts = _with_windage(uncertain(records, solution, held, without))
+    doubts = uncertain(records, solution, held, without)
     scaled = unjudged(captures, records, doubts, held, without)
     found = scaled if given else _open(scaled)
     found = replace(found, options={**found.options, "fix": dict(fix)})
@@ -102,23 +101,6 @@ def fit(
         for one in more
     ]
     return replace(settled(found, more), diagnostics=(*more, *found.diagnostics))
-
-
-def _with_windage(doubts: Findings) -> Findings:
-    """With a line for a load that grows with the square of speed where the readings hardly tell it:
-    without a motion it looks like more B and less T0.
-    """
-    untold = [
-        one for one in doubts.undetected
-        if one.quantity is WINDAGE and one.untold and not one.seen
-    ]  # fmt: skip
-    return replace(
-        doubts,
-        causes={**doubts.causes, **{one.quantity.name: one.shift for one in untold}},
-        undetected=tuple(
-            one for one in doubts.undetected if all(one is not other for other in untold)
-        ),
-    )
 
 
 def _accuses(found: Estimate) -> bool:

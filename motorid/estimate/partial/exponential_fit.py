@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.model.effective_sample_size import excess
+from motorid.estimate.partial.unstated_lag import WINDING
 
 Floats = NDArray[np.float64]
 
@@ -31,6 +32,8 @@ LAST = 3  # readings that an onset lies before
 WHITENINGS = 3  # rounds of weights and fit in turn
 ASKED = 20.0  # of chi-square, by which a second lag must be better
 LEAST_LAG = 0.01  # of the time constant: a second lag below is none
+HIDDEN = (0.0, 0.005, 0.01, 0.02, 0.04, 0.08, 0.16)  # of it: a second lag that may hide
+BETWEEN = 161  # such lags, by straight lines
 STAMPED, FEW_STEPS = 1e-9, 4  # s, of stamps; different steps of stamps that are rounded
 NEIGHBOURS = 3.0  # standard deviations of a correlation between neighbours
 TINY = 1e-7  # of the readings' range: the least noise
@@ -129,7 +132,8 @@ def rise(records: Sequence[Record]) -> Rise:
     better = problem.misfit(single, double) > ASKED * double.wander  # in the noise that it leaves
     if enough and better:
         return double
-    return replace(single, hidden_s=abs(double.constant_s - single.constant_s))
+    hidden_s = max(abs(double.constant_s - single.constant_s), problem.hidden_s(single))
+    return replace(single, hidden_s=hidden_s, evaluations=problem.evaluations)
 
 
 def shape(since_s: Floats, lags: Floats) -> tuple[Floats, Floats]:
@@ -197,6 +201,7 @@ class _Problem:
         self.records, self.starts = records, starts
         self.roots = [np.ones(len(r.values)) for r in records]
         self.evaluations = 0
+        self.second = 0.0  # of one lag that is searched: another one
 
     def solved(self, lags: int, near: Rise | None = None) -> Rise:
         """With that many lags, and the weights that its residuals leave.
@@ -224,6 +229,21 @@ class _Problem:
         )
         return sum(each)
 
+    def hidden_s(self, single: Rise) -> float:
+        """By how much, rms, the sum of the lags may be off for a second lag that no reading asks
+        for: as likely as the readings and what is usual of a winding's make it.
+        """
+        found = [(self._times(single.lags.tolist(), single), 0.0)]
+        for self.second in HIDDEN:
+            found.append(self._refined(found[-1][0], 1))
+        self.second = 0.0
+        ratios = np.linspace(0.0, HIDDEN[-1], BETWEEN)
+        half = np.interp(ratios, HIDDEN, [cost for _, cost in found[1:]])  # of chi-square
+        sums = np.exp([times[0] for times, _ in found[1:]]) * (1.0 + np.array(HIDDEN))
+        off = np.interp(ratios, HIDDEN, sums - single.constant_s)
+        density = np.exp(-ratios / WINDING - (half - half.min()) / single.wander)
+        return float(np.sqrt(density @ off**2 / density.sum()))
+
     def _times(self, lags: Sequence[float], near: Rise | None = None) -> Floats:
         onsets = [s.onset_s for s in self.starts if s.shown]
         if near is not None:
@@ -232,7 +252,8 @@ class _Problem:
 
     def _split(self, times: Floats, lags: int) -> tuple[Floats, list[float]]:
         onsets = iter(times[lags:].tolist())
-        return np.exp(times[:lags]), [
+        taus = np.exp(times[:lags])
+        return np.append(taus, self.second * taus[:1]) if self.second else taus, [
             next(onsets) if s.shown else float(r.time_s[0])
             for r, s in zip(self.records, self.starts, strict=True)
         ]

@@ -39,7 +39,7 @@ def calm_windows(volts: Floats) -> Windows:
     """Windows of readings (n,) in which they follow a parabola."""
     deviation, count = scatter(volts), len(volts)
     halves = [half for half in HALF_WINDOWS if deviation and 2 * half < count]
-    spread = {half: _parabolas(volts, half)[3] for half in halves}
+    spread = {half: _spread(volts, half) for half in halves}
     found = Windows(np.zeros(count, dtype=np.intp), np.zeros(count, dtype=np.intp))
     left = np.ones(count)  # of each reading's variance
     for half in halves:  # the widest has the last word
@@ -68,7 +68,7 @@ def smoothed(volts: Floats, windows: Windows) -> Floats:
 
 def _at(volts: Floats, half: int, here: Places, ahead: Places) -> Floats:
     """What parabolas say of readings (k,) whose middles lie so many ahead of them."""
-    each = np.array(_parabolas(volts, half)[:3])[:, here + ahead - half]
+    each = np.array(_parabolas(volts, half))[:, here + ahead - half]
     return np.asarray(each[0] - each[1] * ahead + each[2] * ahead**2)
 
 
@@ -104,26 +104,35 @@ def _beside(calm: NDArray[np.bool_], half: int) -> tuple[Places, NDArray[np.bool
 
 def _share(half: int, ahead: Places | int) -> Floats:
     """Of a reading's variance, that of the parabola's value so far from its middle."""
-    place = np.arange(-half, half + 1.0)
-    mean = float((place**2).mean())
-    bend = place**2 - mean
+    place, bend = _basis(half)
     at = np.asarray(ahead, dtype=np.float64)
-    slopes, bends = at**2 / (place @ place), (at**2 - mean) ** 2 / (bend @ bend)
+    slopes, bends = at**2 / (place @ place), (at**2 + bend[half]) ** 2 / (bend @ bend)
     return np.asarray(1.0 / len(place) + slopes + bends)
 
 
-def _parabolas(volts: Floats, half: int) -> tuple[Floats, Floats, Floats, Floats]:
+def _parabolas(volts: Floats, half: int) -> tuple[Floats, Floats, Floats]:
     """Through every window of 2·half + 1 readings a parabola: its value, slope and bend in the
-    middle, and the variance left.
+    middle.
     """
-    size = 2 * half + 1
+    place, bend = _basis(half)
+    mean = float(volts.mean())
+    level = mean + np.correlate(volts - mean, np.full(len(place), 1.0 / len(place)))
+    slopes = np.correlate(volts - mean, place) / (place @ place)
+    bends = np.correlate(volts - mean, bend) / (bend @ bend)
+    return level + bends * bend[half], slopes, bends
+
+
+def _spread(volts: Floats, half: int) -> Floats:
+    """Variance (n - 2 half,) that a parabola leaves of each window of 2·half + 1 readings."""
+    place, bend = _basis(half)
+    off, each = volts - volts.mean(), np.ones(len(place))
+    left = np.correlate(off**2, each) - np.correlate(off, each) ** 2 / len(place)
+    for basis in (place, bend):
+        left -= np.correlate(off, basis) ** 2 / (basis @ basis)
+    return np.asarray(left / (len(place) - 3))
+
+
+def _basis(half: int) -> tuple[Floats, Floats]:
+    """A slope and a bend over 2·half + 1 readings, which are in no way alike."""
     place = np.arange(-half, half + 1.0)
-    bend = place**2 - (place**2).mean()
-    windows = np.lib.stride_tricks.sliding_window_view(volts - volts.mean(), size)
-    mean = windows.mean(axis=1)
-    first, second = windows @ place, windows @ bend
-    total = np.einsum("nk,nk->n", windows, windows) - size * mean**2
-    squares = float(place @ place), float(bend @ bend)
-    left = (total - first**2 / squares[0] - second**2 / squares[1]) / (size - 3)
-    middle = mean + volts.mean() + second / squares[1] * bend[half]
-    return middle, first / squares[0], second / squares[1], left
+    return place, place**2 - (place**2).mean()

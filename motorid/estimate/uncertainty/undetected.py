@@ -13,7 +13,7 @@ by errors of the voltage, which the model's readings hold and no residual shows.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 
 import numpy as np
@@ -45,12 +45,14 @@ class Undetected:
 
     ``open``: the part of the prior's standard deviation that the readings leave. ``seen``: how many
     standard deviations its size is from nothing, where that is too many for chance; else 0.
+    ``kept``: the budget has its line whatever the readings tell.
     """
 
     quantity: InfluenceQuantity
     shift: Floats
     open: float
     seen: float = 0.0
+    kept: bool = False
 
     def moves(self, solution: Solution, times: float = 1.0) -> dict[str, float]:
         """Relative changes of the parameters by so many ``times`` the shift, the largest first."""
@@ -64,8 +66,8 @@ class Undetected:
 
     @property
     def untold(self) -> bool:
-        """The prior says more of it than these data."""
-        return self.open > UNTOLD
+        """The prior says more of it than these data, and no line of a budget does."""
+        return self.open > UNTOLD and not (self.kept and not self.seen)
 
 
 @dataclass
@@ -102,12 +104,11 @@ def undetected(
             continue
         follows = inverse @ sums.shared
         information = _information(changes, solution.records, follows)
-        white = _left(quantity, sums, information, inverse, slope)
-        if white.seen:
+        found = _left(quantity, sums, information, inverse, slope)
+        if found.seen:
             scatter = _scatter(changes, follows, unseen)
-            left.append(_left(quantity, sums, information, inverse, slope, scatter))
-        else:
-            left.append(white)
+            found = _left(quantity, sums, information, inverse, slope, scatter)
+        left.append(replace(found, kept=any(quantity.kept(records[k]) for k, *_ in changes)))
     return tuple(left)
 
 
@@ -149,7 +150,7 @@ def beside(found: Sequence[Undetected]) -> dict[str, Floats]:
     return {
         one.quantity.name: one.shift * float(np.hypot(1.0, one.seen))
         for one in found
-        if one.open <= BESIDE
+        if one.open <= BESIDE or one.kept
     }
 
 

@@ -74,6 +74,16 @@ def test_nothing_is_expected_before_a_motor_is_known() -> None:
     assert WINDAGE.scale(bare) == QUADRATIC_FRICTION.scale(bare) == COGGING.scale(bare) == 1.0
 
 
+def test_windage_stays_in_the_budget_of_a_log_and_where_no_motion_is_read() -> None:
+    """Nobody chose the speeds of a log; without one nothing tells it from B."""
+    log = SimpleNamespace(waveform="a log's")
+    assert not WINDAGE.kept(subject(block(POSITION)))
+    assert not WINDAGE.kept(subject(block(SPEED)))
+    assert WINDAGE.kept(subject(block(CURRENT)))
+    assert WINDAGE.kept(subject(block(SPEED), sensed=log))
+    assert not LOAD_FRICTION.kept(subject(block(SPEED), sensed=log))
+
+
 def test_every_commutator_ripples_and_every_disc_is_off_its_centre() -> None:
     """A commutator of three bars by a tenth; a disc of 10 mm by .2 mm."""
     assert prior(K_RIPPLE, subject()) == prior(R_RIPPLE, subject()) == (0.1, 0.0, None)

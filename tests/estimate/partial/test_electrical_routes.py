@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,7 +12,6 @@ import pytest
 from motorid.capture.model import CURRENT, Channel
 from motorid.errors import DataError, UsageError
 from motorid.estimate.assembly.assemble import UNCHANGED
-from motorid.estimate.effects.friction.windage import WINDAGE
 from motorid.estimate.partial import electrical_only
 from motorid.estimate.results.estimate import Diagnostic, Suspect
 from motorid.estimate.results.status import Status
@@ -55,7 +54,7 @@ class Electrical:
             "rotor.still_motor": "still", "rotor.leaves_noise": stands, "rotor.estimate": "rotor",
             "joint_fit.solved": ("records", "solution"), "merged": "merged",
             "held_values": "held values", "_on_scale": ("scaled records", "scaled"),
-            "uncertain": "few doubts", "_with_windage": "doubts", "unjudged": self.found,
+            "uncertain": "doubts", "unjudged": self.found,
             "accused": "said", "judged": "judged",
         }  # fmt: skip
         self.opened = replace(self.found, model="opened")
@@ -162,25 +161,6 @@ def test_better_models_are_asked_on_the_scale_that_was_fitted(
     assert len(asked) == 1
     judged = replace(judged, suspects=(replace(named, allowed=True),))
     assert electrical_only.fit(BOTH, fix, ("B",), better) is not judged
-
-
-def test_a_fan_that_readings_hardly_tell_is_a_line_of_its_own() -> None:
-    def effect(quantity: Any, untold: bool = True, seen: float = 0.0) -> Any:
-        return SimpleNamespace(quantity=quantity, untold=untold, seen=seen, shift="shift")
-
-    @dataclass(frozen=True)
-    class Doubts:
-        undetected: Any
-        causes: Any
-
-    other = SimpleNamespace(name="another")
-    known: Any = Doubts([effect(WINDAGE), effect(other)], {"noise": 1.0})
-    wider = electrical_only._with_windage(known)
-    assert wider.causes == {"noise": 1.0, "quadratic load": "shift"}
-    assert [one.quantity for one in wider.undetected] == [other]  # nobody need be told of the fan
-    for one in (effect(WINDAGE, untold=False), effect(WINDAGE, seen=5.0)):
-        told: Any = Doubts([one], {})
-        assert electrical_only._with_windage(told).causes == {}
 
 
 def test_two_that_are_given_are_too_many() -> None:

@@ -258,3 +258,23 @@ def test_rounded_readings_and_stamps_are_worth_less() -> None:
     sparse = Record(late.time_s[kept], late.values[kept])
     blurred = rise([sparse])
     assert blurred.constant_s == pytest.approx(TAU_S, abs=5.0 * blurred.constant_variance**0.5)
+
+
+@pytest.mark.parametrize("ratio", [0.015, 0.03])
+def test_a_winding_that_no_reading_asks_for_is_within_the_interval(ratio: float) -> None:
+    """The onset takes it for a delay, and the rise is the quicker by it."""
+    off = []
+    for seed in range(8):
+        noise = 0.6 * np.random.default_rng(seed).standard_normal(len(TIME))
+        found = rise([Record(TIME, speed(TIME, np.array([TAU_S, ratio * TAU_S])) + noise)])
+        assert len(found.lags) == 1
+        off.append((found.constant_s / TAU_S - 1.0 - ratio) * TAU_S / found.constant_variance**0.5)
+    assert max(map(abs, off)) < 3.0
+
+
+def test_a_lag_that_readings_exclude_leaves_nothing_open() -> None:
+    """A hundredth of the noise: a hundredth of what is usual of a winding would show."""
+    noise = 0.01 * np.random.default_rng(3).standard_normal(len(TIME))
+    found = rise([Record(TIME, speed(TIME) + noise)])
+    assert len(found.lags) == 1
+    assert found.hidden_s < 0.003 * TAU_S

@@ -110,6 +110,8 @@ def test_a_second_lag_must_be_long_and_better(
     single, double = made([0.9], np.zeros(1)), made([1.0, second], np.zeros(1), wander=2.0)
 
     class Told:
+        evaluations = 7
+
         def __init__(self, records: object, starts: object) -> None: ...
 
         def solved(self, lags: int, near: Rise | None = None) -> Rise:
@@ -120,13 +122,18 @@ def test_a_second_lag_must_be_long_and_better(
             assert (one, other) == (single, double)
             return misfit
 
+        def hidden_s(self, one: Rise) -> float:
+            assert one is single
+            return 0.06
+
     monkeypatch.setattr(module, "_Problem", Told)
     found = module.rise([Record(TIME, speed())])
     if told:
         assert found is double
     else:
         assert found.lags is single.lags
-        assert found.hidden_s == pytest.approx(1.0 + second - 0.9)
+        assert found.hidden_s == pytest.approx(max(1.0 + second - 0.9, 0.06))
+        assert found.evaluations == Told.evaluations
 
 
 @pytest.mark.parametrize(("share", "counts"), [(0.0, True), (0.9, True), (1.1, False)])

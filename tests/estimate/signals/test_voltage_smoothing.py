@@ -81,7 +81,8 @@ def test_without_noise_nothing_is_changed() -> None:
 @pytest.mark.parametrize("half", HALF_WINDOWS)
 def test_a_window_s_parabola_is_that_of_least_squares(half: int) -> None:
     volts = 5.0 + np.random.default_rng(3).standard_normal(2 * half + 8)
-    values, slopes, bends, left = voltage_smoothing._parabolas(volts, half)
+    values, slopes, bends = voltage_smoothing._parabolas(volts, half)
+    left = voltage_smoothing._spread(volts, half)
     place = np.arange(-half, half + 1.0)
     assert len(values) == 8
     for k in range(8):

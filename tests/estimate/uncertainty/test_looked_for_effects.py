@@ -42,7 +42,9 @@ def looked_for(monkeypatch: pytest.MonkeyPatch, records: list[LinearRecord],
     def tangent(record: LinearRecord, values: Any, own: Any, one: Any) -> Any:
         return record.blocks(record.changes[one.name])
 
-    quantities = tuple(SimpleNamespace(name=name, term=f"{name} term") for name in names)
+    quantities = tuple(
+        SimpleNamespace(name=n, term=f"{n} term", kept=lambda _, n=n: n == "iron") for n in names
+    )
     monkeypatch.setattr(undetected, "used", lambda use: quantities if use is Use.UNDETECTED else ())
     monkeypatch.setattr(undetected, "instances", places)
     monkeypatch.setattr(undetected, "tangent", tangent)

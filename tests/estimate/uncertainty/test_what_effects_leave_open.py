@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -194,3 +194,13 @@ def test_lines_of_a_budget_are_of_what_the_readings_tell() -> None:
     more = beside(both)
     assert more[LOAD_FRICTION.name] == pytest.approx(shift * 26.0**0.5)
     assert more[SATURATION.name] == pytest.approx(shift)
+
+
+def test_one_that_is_kept_has_its_line_whatever_the_readings_tell() -> None:
+    """But one that is seen: the search says what it is."""
+    found = Undetected(LOAD_FRICTION, np.array([1.0, -2.0]), 0.9, kept=True)
+    assert not found.untold
+    assert set(told([found])) == set(beside([found])) == {LOAD_FRICTION.name}
+    seen = replace(found, seen=5.0)
+    assert seen.untold
+    assert told([seen]) == {}

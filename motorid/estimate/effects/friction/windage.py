@@ -3,10 +3,13 @@
     friction = T0 + B w + T_lc w |w|
 
 Between two speeds a little windage looks like more B and less T0. Three speeds or a coast tell it.
+Nobody chose those of a log, and without a motion no speed is read: there what is usual of it is a
+line of the budget even where the readings hardly tell it.
 """
 
 from __future__ import annotations
 
+from motorid.capture.model import POSITION, SPEED
 from motorid.estimate.effects import scales
 from motorid.estimate.effects.action import MotorParameter
 from motorid.estimate.effects.influence_quantity import (
@@ -31,6 +34,12 @@ def _prior(subject: Subject, _: int) -> Prior | None:
     return None if subject.judged_at is None else Prior(USUAL * _scale(subject))
 
 
+def _is_kept(subject: Subject) -> bool:
+    """In a log, and without a motion."""
+    still = all(subject.block(name) is None for name in (SPEED, POSITION))
+    return still or subject.sensed.waveform is not None
+
+
 WINDAGE = InfluenceQuantity(
     name="quadratic load",
     unit="N·m·s²/rad²",
@@ -39,6 +48,7 @@ WINDAGE = InfluenceQuantity(
     acts=(MotorParameter("quadratic"),),
     prior=_prior,
     scale=_scale,
+    kept=_is_kept,
     remedy="record three levels of speed or more, and a coast from the highest",
     term="quadratic-load",
 )
