@@ -96,6 +96,7 @@ def test_steady_turns_are_counted_after_settling() -> None:
     assert not steady_both_ways(stages[1:], [motor], TOP_V, 10.0)
 
 
+@pytest.mark.slow
 def test_what_a_fit_leaves_open_of_effects_is_promised_too() -> None:
     """So short a run hardly tells whether L falls with the current; its fit says that of L."""
     found = search(("L=5%",))

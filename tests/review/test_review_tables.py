@@ -222,7 +222,7 @@ def test_the_default_estimator_is_as_good_as_the_best_method_of_table_2():
     of = experiment("2")
     rms = {}
     for which in of.rows[:2]:
-        runs = [run(of, which, 0.01, seed) for seed in range(100)]
+        runs = [run(of, which, 0.01, seed) for seed in range(40)]
         rms[which.method] = summarise(of, which, 0.01, runs).rms
     for name, best in rms["nls"].items():
         assert rms["ml"][name] <= 1.03 * best, name

@@ -123,6 +123,7 @@ def test_one_effect_alone_is_named_alone() -> None:
         assert found.terms == (name,)
 
 
+@pytest.mark.slow
 def test_a_term_that_needs_motion_is_refused() -> None:
     known = ", ".join(term.name for term in SHOWN)
     with pytest.raises(UsageError, match=f"--model cogging: a rotor .* it shows {known}"):

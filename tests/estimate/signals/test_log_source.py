@@ -66,6 +66,7 @@ def steps() -> np.ndarray:
     return EACH * np.arange(1, len(VOLTS))
 
 
+@pytest.mark.slow
 def test_the_resistance_is_what_the_current_shows() -> None:
     shown = turned(0.2, 1e-3)
     assert source_ohms(shown[VOLTAGE], shown[CURRENT], steps()) == pytest.approx(0.2, rel=1e-6)
