@@ -50,7 +50,8 @@ def drawn(rng: np.random.Generator, tau: float) -> tuple[Stage, ...]:
 @pytest.mark.parametrize(
     "wants",
     [
-        USUAL,
+        ("R=1%", "J=2%"),
+        pytest.param(USUAL, marks=pytest.mark.study),
         pytest.param(("L=1%", "R=1%"), marks=pytest.mark.study),
         pytest.param(("J=0.5%", "B=3%", "T0=2%"), marks=pytest.mark.study),
     ],
