@@ -85,6 +85,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--device", help="port of a real board whose motor may turn; without it, the "
                      "conformance suite's cases for a real board are deselected")  # fmt: skip
     parser.addoption(
+        "--first-rows",
+        action="store_true",
+        help="of the conformance suite's tables the first row on a real board as on emulated ones, "
+        "but for what guards safety",
+    )
+    parser.addoption(
         "--studies",
         action="store_true",
         help="with the tests that take so long that they belong to the evidence",

@@ -42,6 +42,7 @@ def test_a_mark_can_be_taken_away(text: str) -> None:
     assert csv_text.as_written(csv_text.cell(text)) == text or csv_text.NUMBER.fullmatch(text)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
 def test_an_export_runs_nothing(ending: str, tmp_path: Path) -> None:
     measured = MeasurementRecord("R", "ohm", -2.5, reason="=1+1")

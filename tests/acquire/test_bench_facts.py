@@ -103,6 +103,7 @@ def test_without_a_nameplate_or_a_speed_nothing_is_said() -> None:
     judge_scale(replace(rig, nameplate=plate), replace(WEAK, counts_per_s=1e6))
 
 
+@pytest.mark.slow
 def test_a_trip_of_the_speed_limit_says_what_the_encoder_cannot_mean(tmp_path: Path) -> None:
     capture = store.load(run("", tmp_path / "run.h5"))
     assert why_too_fast(sim_rig(), capture) == ""

@@ -49,6 +49,7 @@ def test_the_board_has_the_serial_that_the_rig_states_or_else_its_port_s(
     assert store.load(path).provenance["board_serial"] == kept
 
 
+@pytest.mark.slow
 def test_the_readings_are_the_motor_s(tmp_path: Path) -> None:
     """Ohm and Kirchhoff on the raw means: V - R i is the back-EMF K w at the top level."""
     capture = store.load(run("seed=3", tmp_path / "run.h5"))
@@ -65,6 +66,7 @@ def test_the_readings_are_the_motor_s(tmp_path: Path) -> None:
     assert abs(capture.channels["current"].values[rest].mean()) < noise
 
 
+@pytest.mark.slow
 def test_progress_is_told(tmp_path: Path) -> None:
     seen: list[Live] = []
     run("", tmp_path / "run.h5", progress=seen.append)
@@ -107,6 +109,7 @@ def test_an_unknown_motor_is_judged_by_the_pulse(tmp_path: Path) -> None:
     assert not (tmp_path / "weak.h5").exists()
 
 
+@pytest.mark.slow
 def test_existing_files_are_kept(tmp_path: Path) -> None:
     path = tmp_path / "run.h5"
     path.write_text("precious")

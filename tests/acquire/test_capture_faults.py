@@ -135,6 +135,7 @@ def test_odd_deliveries_change_nothing(fault: str, tmp_path: Path) -> None:
     assert (len(capture), capture.gaps) == (SAMPLES, ())
 
 
+@pytest.mark.slow
 def test_a_slow_link_drops_and_says_so(tmp_path: Path) -> None:
     capture = store.load(run("baud=250000&buffer=256", tmp_path / "run.h5"))
     assert capture.end_reason == "completed"
@@ -142,6 +143,7 @@ def test_a_slow_link_drops_and_says_so(tmp_path: Path) -> None:
     assert all("dropped by the board" in gap.reason for gap in capture.gaps)
 
 
+@pytest.mark.slow
 def test_over_current_trips_and_is_said(tmp_path: Path) -> None:
     """A nameplate that lies high about R: the firmware's trip is what saves the motor."""
     rig = sim_rig()

@@ -157,6 +157,7 @@ def test_a_detector_below_what_the_clock_needs_is_said(level: int, least: int, s
     assert at_capture == ([said] if said else [])
 
 
+@pytest.mark.slow
 def test_probing_says_what_a_board_lacks_and_what_is_wrong_with_it() -> None:
     new = list(details("sim://?speed=max&brown_out=2700"))
     assert "brown-out detector" in new[1]

@@ -161,6 +161,7 @@ def test_a_level_of_a_calibration_stops_too(number: int) -> None:
     assert port._device.bench.is_open
 
 
+@pytest.mark.slow
 def test_a_caller_s_own_error_stops_the_motor_and_keeps_the_run(tmp_path: Path) -> None:
     """Such as a line of progress to a terminal that is gone."""
 

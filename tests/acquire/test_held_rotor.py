@@ -95,6 +95,7 @@ def test_the_board_stops_a_rotor_that_breaks_loose(tmp_path: Path, seed: int) ->
     assert travel(path) < 2 * held_rotor.TRAVEL
 
 
+@pytest.mark.slow
 def test_the_host_stops_a_rotor_that_creeps(tmp_path: Path) -> None:
     """Slower than the board's window shows: 3 rad/s are 1 count a millisecond."""
     slow = Levels(StepKind.DRIVE_VOLTS, 0.0, 1.3)

@@ -25,6 +25,7 @@ FACT = {
 COUNTS = np.arange(4)
 
 
+@pytest.mark.slow
 def test_an_end_reason_without_a_name_is_a_number(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -43,6 +44,7 @@ def test_an_end_reason_without_a_name_is_a_number(
     assert len(capture) == 3800
 
 
+@pytest.mark.slow
 def test_a_channel_without_a_name_is_passed_over(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -153,6 +153,7 @@ def test_listing_opens_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(list(listing())) == max(1, len(list_ports()))
 
 
+@pytest.mark.slow
 def test_probing_says_who_answers() -> None:
     assert probe("sim://?speed=max") == "motorid-sim, firmware 1.0.0, protocol 1.3"
     assert "not motorid's protocol" in probe("sim://?speed=max&fault=text")

@@ -38,6 +38,7 @@ def test_a_reset_is_noticed(at_s: float, lost: str, tmp_path: Path) -> None:
         assert store.load(tmp_path / "run.h5").end_reason == "reset: external"
 
 
+@pytest.mark.slow
 def test_a_burst_that_is_lost_to_a_reset_is_noticed(tmp_path: Path) -> None:
     rig = sim_rig("fault=reset@0.5,mute@0.499..0.504&buffer=4000")
     rig = replace(rig, sampling=replace(rig.sampling, mode="burst"))

@@ -64,6 +64,7 @@ def patient(program: Program) -> Press:
     return Press(program, 60.0)
 
 
+@pytest.mark.slow
 def test_without_a_press_the_bridge_never_closes(monkeypatch: pytest.MonkeyPatch) -> None:
     """Beyond the longest run that the rig allows, so that one run follows another."""
     rig = sim_rig()
@@ -163,6 +164,7 @@ def test_a_rig_that_cannot_run_is_said_once_and_tried_again(
     assert len(watched.kinds) >= 3
 
 
+@pytest.mark.slow
 def test_a_lost_board_ends_the_scope(monkeypatch: pytest.MonkeyPatch) -> None:
     watched = Watched(monkeypatch, sim_rig("fault=unplug@1.0"))
     with pytest.raises(LinkError):

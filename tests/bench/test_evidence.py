@@ -20,6 +20,7 @@ def header(path: Path) -> dict[str, str]:
     return dict(line.split(": ", 1) for line in lines)
 
 
+@pytest.mark.slow
 def test_a_result_says_what_made_it(tmp_path: Path) -> None:
     assert evidence.run(Part("words", "that it speaks", (SAYS,), ()), False, tmp_path)
     found = header(tmp_path / "words.txt")
@@ -31,6 +32,7 @@ def test_a_result_says_what_made_it(tmp_path: Path) -> None:
     assert str(ROOT) not in said
 
 
+@pytest.mark.slow
 def test_a_command_that_fails_is_kept_and_said(tmp_path: Path) -> None:
     part = Part("words", "that it speaks", (), (FAILS, SAYS))
     assert not evidence.run(part, True, tmp_path)

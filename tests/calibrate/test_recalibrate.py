@@ -75,6 +75,7 @@ def test_a_corrected_rig_gives_what_a_capture_with_it_would_have_given(
     assert again.sha256 == store.load(stored).sha256
 
 
+@pytest.mark.slow
 def test_wiring_and_direction_are_corrected_too(stored: Path, rig: Rig) -> None:
     own = store.load(stored)
     other = replace(

@@ -235,6 +235,7 @@ def test_any_text_is_read_or_refused_in_one_sentence(said: str) -> None:
     assert abs(late) <= declared.LONGEST_S
 
 
+@pytest.mark.slow
 @given(st.floats(1e-9, 1e5), st.sampled_from(["s", "ms", "us", "ns"]), st.booleans())
 def test_a_duration_written_in_any_unit_is_the_same(size: float, unit: str, early: bool) -> None:
     scale = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[unit]
@@ -245,6 +246,7 @@ def test_a_duration_written_in_any_unit_is_the_same(size: float, unit: str, earl
 
 
 # -- readings that show what comes after their stamp
+@pytest.mark.slow
 @given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), st.floats(0.0, 0.05))
 def test_no_stored_reading_is_early_and_none_moves_against_another(
     current: float, speed: float, filter_s: float

@@ -155,6 +155,7 @@ def test_a_table_is_read_as_it_was_meant_or_asked_about(
     assert not plain or max(plain + groups) < 2.0 * min(plain + groups)
 
 
+@pytest.mark.slow
 @given(st.text(alphabet="0123456789.,'’_ -+eE\N{NO-BREAK SPACE}", max_size=14))
 def test_any_cell_is_a_number_in_one_way_at_most(cell: str) -> None:
     ways = {

@@ -68,6 +68,7 @@ def test_a_name_says_quantity_and_unit(name: str, quantity: str, unit: str) -> N
     assert (found.quantity, found.unit) == (quantity, unit)
 
 
+@pytest.mark.slow
 @given(st.text(max_size=40), st.sampled_from(["", "A", "V", "rpm", "s", "counts"]))
 def test_any_name_has_a_meaning(name: str, unit: str) -> None:
     found = meaning(Described(name, (name,), unit))
@@ -76,6 +77,7 @@ def test_any_name_has_a_meaning(name: str, unit: str) -> None:
         assert found.unit in allowed(found.quantity)
 
 
+@pytest.mark.slow
 def test_amperes_under_a_header_of_another_unit_are_asked_about(tmp_path: Path) -> None:
     """The worst result is a wrong unit: a header is never overruled, and never trusted blindly."""
     table = columns(time=1.0, voltage=1.0, current=1e3, speed=RPM)
@@ -274,6 +276,7 @@ def test_a_converters_counts_are_taken_for_no_unit(tmp_path: Path) -> None:
     assert any("voltage" in q.text for q in found.questions)
 
 
+@pytest.mark.slow
 def test_rows_without_a_number_are_said_before_the_import(tmp_path: Path) -> None:
     path = write(tmp_path, "time_s,voltage_V,current_A,rpm", columns(**TUV, speed=RPM))
     lines = path.read_text(encoding="utf-8").splitlines()
@@ -283,6 +286,7 @@ def test_rows_without_a_number_are_said_before_the_import(tmp_path: Path) -> Non
     assert any("rpm holds no number in 1 rows" in remark for remark in found.remarks)
 
 
+@pytest.mark.slow
 def test_real_logs_are_proposed_right_or_asked_about(shared_data: Path) -> None:
     def at(name: str) -> Proposal:
         return propose(look(shared_data / name, TableOptions()), NOTHING)

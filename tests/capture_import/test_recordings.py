@@ -88,6 +88,7 @@ def test_a_log_that_is_cut_short_says_so(values: list[float], cut: int) -> None:
             wpilog.entries(data[:-cut], 100)
 
 
+@pytest.mark.slow
 @given(st.binary(max_size=200))
 def test_any_bytes_are_a_log_or_a_sentence(data: bytes) -> None:
     for head in (b"", b"WPILOG\x00\x01\x00\x00\x00\x00"):

@@ -169,7 +169,15 @@ def log(folder: Path, stamps: list[str]) -> Path:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("form", [".7f", ".9f", ".3f", ".6g"])
+@pytest.mark.parametrize(
+    "form",
+    [
+        ".3f",
+        ".6g",
+        pytest.param(".7f", marks=pytest.mark.study),
+        pytest.param(".9f", marks=pytest.mark.study),
+    ],
+)
 def test_a_log_of_rounded_stamps_gives_the_motor(form: str, tmp_path: Path) -> None:
     capture = read_table(log(tmp_path, [f"{k / 5900:{form}}" for k in range(1500)]), MAPS)
     assert capture.period_s == pytest.approx(1 / 5900, rel=1e-4 if form == ".3f" else 1e-6)

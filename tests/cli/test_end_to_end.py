@@ -117,6 +117,7 @@ def test_import_then_fit_says_what_the_file_can_tell(
     assert "zeit" in errors
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["empty", "text", "foreign", "truncated"])
 def test_a_file_that_is_no_capture(
     kind: str, capture_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -84,6 +84,7 @@ def test_without_a_yes_the_motor_stands(
     assert run(["init", "--port", BENCH, *ALL, "--force"]) == 0
 
 
+@pytest.mark.slow
 def test_an_encoder_that_counts_backwards_is_turned_round(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

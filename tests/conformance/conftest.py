@@ -64,17 +64,18 @@ SAME_BY_USB = (
 )
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Emulated boards take most of the time: the quick run leaves them out.
 
     What is repeated on several is a study.
     """
     seen = set()
+    whole = set(WHOLE) - ({"device"} if config.getoption("--first-rows") else set())
     for item in items:
         board = getattr(item, "callspec", None) and item.callspec.params.get("board_name")
         if board in EMULATED:
             item.add_marker(pytest.mark.slow)
-        if not board or board in WHOLE:
+        if not board or board in whole:
             continue
         room = item.module.__name__.rpartition(".")[2].removeprefix("test_")
         test = (board, room, item.originalname)

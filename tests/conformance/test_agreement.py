@@ -133,6 +133,7 @@ def test_raw_samples_agree_to_the_last_count(
     compare(pair(motor=motor, **QUIET), script, EXACT)
 
 
+@pytest.mark.slow
 def test_volts_agree_within_the_rounding_of_the_duty(pair: Callable[..., Pair]) -> None:
     compare(pair(**QUIET), volts, ROUNDED)
 

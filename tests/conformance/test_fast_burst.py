@@ -203,6 +203,7 @@ def test_stop_ends_it(fast: Client) -> None:
     assert done["samples"] + done["dropped"] == apart // fast.period + 1
 
 
+@pytest.mark.slow
 def test_reversed_counts_are_reversed(open_board: Callable[..., Board]) -> None:
     fast = hasty(brought_up(open_board()))
     change = []

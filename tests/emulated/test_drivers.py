@@ -185,6 +185,7 @@ def test_stop_opens_the_bridge_and_a_reset_too(rig: Rig) -> None:
     assert rig.is_off
 
 
+@pytest.mark.slow
 def test_a_driver_that_cannot_open_refuses_a_coast(rig: Rig) -> None:
     client = rig.client
     assert client.configure().status is Status.OK

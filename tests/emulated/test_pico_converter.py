@@ -89,6 +89,7 @@ def test_a_full_sine_has_as_many_effective_bits_as_the_data_sheet_says(
     assert EFFECTIVE_BITS[0] < bits < EFFECTIVE_BITS[1]
 
 
+@pytest.mark.slow
 def test_the_reference_s_noise_is_a_share_of_the_signal_and_lasts(converter: Any) -> None:
     """Without a signal there is none of it: zeros are divided from the reference."""
     chip, scatter = parts(), {}

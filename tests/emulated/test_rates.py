@@ -46,6 +46,7 @@ def test_the_highest_rate_with_the_encoder_at_full_speed(board: str) -> None:
     assert moved.max() <= 12
 
 
+@pytest.mark.slow
 def test_edges_beyond_the_ceiling_are_not_sustained() -> None:
     """What finds 4 kHz to hold must be able to find that something does not."""
     assert not rates.sustained(rates.run("uno", 0, 60_000, 0.1))

@@ -38,7 +38,15 @@ def unfiltered(tmp_path_factory: pytest.TempPathFactory) -> float:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("tau_s", [15e-6, 30e-6, 100e-6, 700e-6])
+@pytest.mark.parametrize(
+    "tau_s",
+    [
+        pytest.param(15e-6, marks=pytest.mark.study),
+        30e-6,
+        pytest.param(100e-6, marks=pytest.mark.study),
+        700e-6,
+    ],
+)
 def test_a_declared_filter_leaves_the_inductance(
     tau_s: float, unfiltered: float, tmp_path: Path
 ) -> None:
@@ -55,7 +63,7 @@ def test_a_declared_filter_leaves_the_inductance(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("tau_s", [30e-6, 700e-6])
+@pytest.mark.parametrize("tau_s", [30e-6, pytest.param(700e-6, marks=pytest.mark.study)])
 def test_an_instant_amid_filtered_ripple(tau_s: float, tmp_path: Path) -> None:
     estimate, true = captured(tmp_path, f"{AMID_RIPPLE}&current_filter={tau_s}")
     inductance, u = known(estimate.parameters["L"])

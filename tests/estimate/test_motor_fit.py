@@ -153,6 +153,7 @@ def test_a_long_aperture_is_modelled() -> None:
     assert np.abs(raw[: len(slow)] - slow).max() > 20 * SD[0]
 
 
+@pytest.mark.slow
 def test_a_record_that_begins_in_motion() -> None:
     cut = replace(
         run(),
@@ -230,6 +231,7 @@ def test_a_voltage_gain_error_moves_the_values_as_the_budget_says() -> None:
         assert moved == pytest.approx(declared.budget[name]["voltage gain"], rel=0.15)
 
 
+@pytest.mark.slow
 def test_derived_figures_follow_from_the_motor() -> None:
     estimate = fit([run()])
     assert estimate.derived["stall_current"].value == pytest.approx(6.0 / 2.6, rel=1e-3)

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.conformance.boards import building
+
 FIRMWARE = Path(__file__).resolve().parents[2] / "firmware"
 NEEDS = {
     "gcc": "no make and gcc",
@@ -85,10 +87,11 @@ def test_a_fuzzer_finds_nothing_in_the_receiver(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_deepest_stack_of_the_ports_is_bounded_by_their_calls(tmp_path: Path) -> None:
+def test_the_deepest_stack_of_the_ports_is_bounded_by_their_calls() -> None:
     """``check`` of the AVR port holds the bound; the emulator has seen 278 bytes of it."""
     port = str(FIRMWARE / "ports" / "avr")
-    said = make("all", "avr-gcc", "-C", port, "BOARD=uno", f"OUT={tmp_path}")
+    with building():  # what the release's files are made of
+        said = make("all", "avr-gcc", "-C", port, "BOARD=uno")
     found = re.search(r"stack: at most (\d+) of (\d+) bytes", said)
     assert found
     bound, room = map(int, found.groups())
@@ -96,7 +99,7 @@ def test_the_deepest_stack_of_the_ports_is_bounded_by_their_calls(tmp_path: Path
     command = [
         sys.executable,
         str(FIRMWARE / "test" / "stack.py"),
-        str(tmp_path / "motorid-uno.elf"),
+        str(FIRMWARE / "build" / "uno" / "motorid-uno.elf"),
     ]
     short = subprocess.run([*command, str(2048 - room + bound - 1)], capture_output=True, text=True)
     assert short.returncode != 0

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.conformance.boards import FIRMWARE, module_of
+from tests.conformance.boards import FIRMWARE, built_in_place, module_of
 
 PORT = FIRMWARE / "ports" / "rp2040"
 EMULATOR = FIRMWARE / "emulator" / "pico"
@@ -40,12 +40,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of the firmware, built."""
     if not shutil.which("make") or not shutil.which("arm-none-eabi-gcc"):
         pytest.skip("no C compiler arm-none-eabi-gcc: the Pico's firmware is not built")
-    folder = tmp_path_factory.mktemp("pico")
-    done = subprocess.run(
-        ["make", "-s", "-C", str(PORT), f"OUT={folder}"], capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stderr
-    return folder
+    return built_in_place("pico", "pico", folder=tmp_path_factory.mktemp("built")) / "pico"
 
 
 def flash_of(built: Path) -> bytes:

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from motorid.workflow import flash, flash_drive
+from tests.conformance.boards import FIRMWARE, built_in_place
 from tests.load.pty import ROOT
 
 pytestmark = [pytest.mark.slow, pytest.mark.long]
@@ -31,13 +32,13 @@ def build(folder: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def builds(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """Two, from folders whose names differ in length."""
+    """Two, from folders whose names differ in length: this checkout's own, and a copy."""
     for tool in TOOLS:
         if not shutil.which(tool):
             pytest.skip(f"no C compiler {tool}: the boards' firmware is not built")
-    names = ("here", "somewhere else quite Ω".replace(" ", "_"))
-    first, second = (build(tmp_path_factory.mktemp(name)) for name in names)
-    return first, second
+    parts = ("release", "uno", "mega", "pico")
+    first = built_in_place("hex", *parts, folder=tmp_path_factory.mktemp("here")) / "release"
+    return first, build(tmp_path_factory.mktemp("somewhere else quite Ω".replace(" ", "_")))
 
 
 def test_two_builds_are_one(builds: tuple[Path, Path]) -> None:
@@ -71,7 +72,7 @@ def test_the_picos_file_holds_what_its_linker_made(builds: tuple[Path, Path]) ->
 
 def test_no_path_is_in_the_file(builds: tuple[Path, Path]) -> None:
     for name in BUILT:
-        data = (builds[0] / name).read_bytes()
+        data = (builds[1] / name).read_bytes()
         read = flash_drive.read_uf2(data) if name.endswith("uf2") else flash.read_hex(data.decode())
-        assert b"/" + b"here" not in read
-        assert str(builds[0]).encode() not in read
+        for place in (FIRMWARE, builds[1].parents[2]):
+            assert str(place).encode() not in read

@@ -102,6 +102,7 @@ def test_percentile_indices_of_a_normal_curve_are_the_usual_ones() -> None:
     assert found.outside == pytest.approx(stats.norm.sf(3.0) + stats.norm.sf(4.0), rel=0.2)
 
 
+@pytest.mark.slow
 def test_percentile_indices_by_the_definition() -> None:
     """Of the very curve that the moments of the readings give, by hand."""
     values = np.random.default_rng(4).gamma(3.0, 2.0, 300)

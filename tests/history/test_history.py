@@ -148,6 +148,7 @@ def test_a_killed_station_loses_nothing_it_acknowledged(tmp_path: Path) -> None:
             assert connection.scalar(text("PRAGMA integrity_check")) == "ok"
 
 
+@pytest.mark.slow
 def test_sqlite_is_in_wal_and_readers_do_not_wait(tmp_path: Path) -> None:
     with open_history(tmp_path / "line.db") as writer, open_history(tmp_path / "line.db") as other:
         writer.add(record(1))

@@ -71,6 +71,7 @@ def test_every_check_counts_and_a_motor_once(history: History) -> None:
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_reason_has_the_side_of_its_limits(history: History) -> None:
     """2.41 is within, and nearer to the lower limit."""
     found = counted(history, Query(), "what", "name", "side")

@@ -102,6 +102,7 @@ def test_what_is_sure_is_accepted_by_each_rule() -> None:
             assert accepts(value, u, side, 2.8, rule)
 
 
+@pytest.mark.slow
 def test_ranges_hold_each_result_once(history: History) -> None:
     for count in (1, 7, COUNT, 10 * COUNT):
         found = bounds(history, Query(), count)

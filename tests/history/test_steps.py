@@ -101,6 +101,7 @@ def test_a_step_that_fails_leaves_the_file_as_it_was(old: Path) -> None:
     assert sql(old, "SELECT name FROM sqlite_master ORDER BY name") == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("create", [True, False])
 def test_a_newer_history_is_refused_in_a_sentence(tmp_path: Path, create: bool) -> None:
     path = tmp_path / "line.db"

@@ -173,6 +173,7 @@ def test_a_second_process_is_told_who_holds_the_port(tmp_path: Path) -> None:
             holder.communicate("")
 
 
+@pytest.mark.slow
 def test_progress_that_fails_stops_the_motor_and_leaves_no_thread(tmp_path: Path) -> None:
     """An error of the caller's own is no fault of the rig, and passes through as it is."""
     threads = threading.active_count()

@@ -242,6 +242,7 @@ def test_refuses_a_motor_that_cannot_be() -> None:
 REPEATED = (1.0, 1e-3, 0.05, 0.0, 1e-5, 1e-3)
 
 
+@pytest.mark.slow
 @example(4 * 0.05**2 * 1e-3 / 1.0)
 @given(st.floats(1e-6, 1e-3))
 @settings(max_examples=3, deadline=None)

@@ -39,7 +39,7 @@ READINGS = [
     Output(Quantity.POSITION, 0.0, 0.0),
 ]
 # rest, a start, a reversal, a coast whose current freewheels
-VOLTS = np.concatenate([np.zeros(5), np.full(75, 6.0), np.full(80, -4.0), np.zeros(60)])
+VOLTS = np.concatenate([np.zeros(5), np.full(75, 6.0), np.full(80, -4.0), np.zeros(35)])
 PLAN = [Stretch(0, True), Stretch(5), Stretch(160, True, clamp_v=7.0)]
 
 

@@ -21,9 +21,18 @@ def one_shape(monkeypatch: pytest.MonkeyPatch) -> None:
 
     With what it ends at every limit is kept and every want is foreseen, as with the cheapest one.
     """
+    _begin_at(0, monkeypatch)
 
-    def first(motor: Motor, hold_s: float = 0.0) -> tuple[tuple[shape.Stage, ...], ...]:
-        return shape.seeds(motor, hold_s)[:1]
 
-    monkeypatch.setattr(search, "seeds", first)
+@pytest.fixture
+def best_shape(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same from the beginning that leads to the simulated rig's cheapest program."""
+    _begin_at(1, monkeypatch)
+
+
+def _begin_at(which: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    def one(motor: Motor, hold_s: float = 0.0) -> tuple[tuple[shape.Stage, ...], ...]:
+        return (shape.seeds(motor, hold_s)[which],)
+
+    monkeypatch.setattr(search, "seeds", one)
     monkeypatch.setattr(search, "SHAKES", 0)

@@ -35,7 +35,7 @@ def weakest_motors(spread: Spread) -> tuple[Motor, ...]:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("one_motor")
+@pytest.mark.usefixtures("one_motor", "best_shape")
 def test_the_simulated_rig_keeps_the_promise(tmp_path: Path) -> None:
     """Eight specimens: the median of what fits state, and the RMS error of what they find.
 

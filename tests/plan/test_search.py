@@ -50,7 +50,8 @@ def drawn(rng: np.random.Generator, tau: float) -> tuple[Stage, ...]:
 @pytest.mark.parametrize(
     "wants",
     [
-        USUAL,
+        ("R=1%", "J=2%"),
+        pytest.param(USUAL, marks=pytest.mark.study),
         pytest.param(("L=1%", "R=1%"), marks=pytest.mark.study),
         pytest.param(("J=0.5%", "B=3%", "T0=2%"), marks=pytest.mark.study),
     ],
@@ -96,6 +97,7 @@ def test_steady_turns_are_counted_after_settling() -> None:
     assert not steady_both_ways(stages[1:], [motor], TOP_V, 10.0)
 
 
+@pytest.mark.slow
 def test_what_a_fit_leaves_open_of_effects_is_promised_too() -> None:
     """So short a run hardly tells whether L falls with the current; its fit says that of L."""
     found = search(("L=5%",))

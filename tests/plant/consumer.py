@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import json
 import time
 from collections.abc import Callable, Iterator
@@ -21,9 +22,15 @@ REGISTRY: Registry[Any] = Registry().with_resources(
 PATIENCE_S = 120.0
 
 
+@functools.cache
+def validator(name: str) -> jsonschema.Draft202012Validator:
+    """Of a published schema; made once, for it is asked of every message."""
+    return jsonschema.Draft202012Validator(schemas.schema(name), registry=REGISTRY)
+
+
 def valid(document: Any, name: str) -> None:
     """Raises ValidationError where it is not by the published schema."""
-    jsonschema.Draft202012Validator(schemas.schema(name), registry=REGISTRY).validate(document)
+    validator(name).validate(document)
 
 
 class Consumer:

@@ -29,6 +29,7 @@ def test_the_ambient_of_the_run_that_is_out_of_range_is_said(
     assert verdict.outcome is Outcome.INVALID
 
 
+@pytest.mark.slow
 def test_what_is_not_the_ground_of_a_verdict_is_named(estimate: Estimate, product: Product) -> None:
     """As ``stored_verdict`` reads it from the name alone."""
     said = [m for m in judge(estimate, product).measurements if m.quantity not in product.limits]

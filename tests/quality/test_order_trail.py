@@ -109,6 +109,7 @@ def test_an_order_that_cannot_be_noted_is_not_accepted(
     assert [one.subject for one in handed(tmp_path)] == ["D1", "D3"]
 
 
+@pytest.mark.slow
 def test_a_shift_hands_its_trail_over_and_forgets_old_names(
     tmp_path: Path, product: Product
 ) -> None:

@@ -67,6 +67,7 @@ def test_the_intervals_hold_the_truth() -> None:
     assert min(held.values()) >= 24  # 28.5 of 30, less four standard deviations
 
 
+@pytest.mark.slow
 def test_the_share_of_good_motors_that_fail_is_taken_off() -> None:
     """Twenty trials a level, as many found as the curve says, and three good motors of ten fail."""
     middle, width, alarms = math.log(0.03), 0.4, 0.3
@@ -84,6 +85,7 @@ def test_the_share_of_good_motors_that_fail_is_taken_off() -> None:
     assert len(replace(trials, severities=(0.1,), found=(True,)).next()) == 8
 
 
+@pytest.mark.slow
 def test_what_is_never_found_is_said_to_lie_beyond() -> None:
     trials = played(np.random.default_rng(2), lambda x: 0.0, 0)
     assert trials.severity(0.5).value is None
@@ -91,6 +93,7 @@ def test_what_is_never_found_is_said_to_lie_beyond() -> None:
     assert trials.severity(0.5).low > 0.2
 
 
+@pytest.mark.slow
 def test_a_step_is_found_between_its_neighbours() -> None:
     """No largest likelihood exists where all below pass and all above fail."""
     trials = played(np.random.default_rng(3), lambda x: float(x > 0.05), 0)

@@ -74,6 +74,7 @@ def test_a_serial_number_cannot_leave_its_line(capture: Capture) -> None:
     assert "<b>" not in html(spoilt)
 
 
+@pytest.mark.slow
 def test_what_is_not_known_has_no_value(estimate: Estimate) -> None:
     none = replace(estimate.parameters["L"], value=None, total=None, interval_95=None)
     lost = replace(estimate, parameters={**estimate.parameters, "L": none})

@@ -179,6 +179,7 @@ def test_the_command_rebuilds_tables_and_a_page(tmp_path):
     assert (tmp_path / "out" / "table-6.html").exists()
 
 
+@pytest.mark.slow
 def test_requests_that_make_no_sense_are_refused(path, tmp_path):
     for args in ([], [str(path), "--table", "5"], [str(path), "--page", "x.md"]):
         refused = CliRunner().invoke(command, [*args, "-o", str(tmp_path)])

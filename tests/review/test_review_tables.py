@@ -16,6 +16,7 @@ from motorid.search.review.tables import PERCENT_ORDER, table
 
 # Medians of 11 trials on Motor 2 with weight 100, recovered before this code was written: percent
 # of the estimate, R K L J B, by population (30 x 100 and 20 x 50 iterations).
+DEAR = {("cuckoo-m", 20)}  # as "cuckoo"
 RECOVERED = {
     ("gwo", 30): (0.18, 0.08, 0.22, 0.23, 0.13),
     ("gwo-m", 30): (0.04, 0.009, 0.67, 0.82, 0.009),
@@ -66,7 +67,10 @@ def misses(method: str, n: int) -> dict[str, np.ndarray]:
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("method", "n"),
-    [pytest.param(*one, marks=[pytest.mark.study] if one[1] >= 30 else []) for one in RECOVERED],
+    [
+        pytest.param(*one, marks=[pytest.mark.study] if one[1] >= 30 or one in DEAR else [])
+        for one in RECOVERED
+    ],
 )
 def test_medians_of_table_9_are_the_recovered_ones(method, n):
     """Within a factor of 2 over the five parameters together, and each could be of our runs.
@@ -222,7 +226,7 @@ def test_the_default_estimator_is_as_good_as_the_best_method_of_table_2():
     of = experiment("2")
     rms = {}
     for which in of.rows[:2]:
-        runs = [run(of, which, 0.01, seed) for seed in range(100)]
+        runs = [run(of, which, 0.01, seed) for seed in range(40)]
         rms[which.method] = summarise(of, which, 0.01, runs).rms
     for name, best in rms["nls"].items():
         assert rms["ml"][name] <= 1.03 * best, name

@@ -40,7 +40,7 @@ def test_a_recorded_run_identifies_the_motor(tmp_path: Path) -> None:
     assert (high - low) / MOTOR["R"] < 0.05
 
 
-@pytest.mark.slow
+@pytest.mark.study  # a scanned run, in test_scan.py, shows as much
 def test_a_polled_run_with_a_tacho_shows_all_but_the_inductance(tmp_path: Path) -> None:
     bench, clock = mock(reply_s=8e-3)  # 24 ms a row
     plain = "gain_uncertainty = 0.005\noffset_uncertainty = 0.005\n"

@@ -72,6 +72,7 @@ def test_a_search_says_what_it_does_not_know_of_a_logs_voltage(capture, model):
     assert ["voltage_between_stamps" in found for found in codes] == [False, True]
 
 
+@pytest.mark.slow
 def test_an_answer_far_from_the_minimum_says_so(capture):
     found = search_fit([capture], "abc", budget=60, seed=0)
     (said,) = [d for d in found.diagnostics if d.code == "not_the_minimum"]

@@ -91,13 +91,20 @@ def scipys(strategy: str, generations: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("search", "strategy"), [(de.rand_1_exp, "rand1exp"), (de.best_1_bin, "best1bin")]
+    ("search", "strategy"),
+    [
+        pytest.param(de.rand_1_exp, "rand1exp", marks=pytest.mark.study),
+        (de.best_1_bin, "best1bin"),
+    ],
 )
 def test_differential_evolution_converges_as_scipys(search, strategy):
     assert_alike(ours(search, 50, 60), scipys(strategy, 60))
 
 
-@pytest.mark.parametrize(("search", "variant"), [(de.rand_1_exp, 2), (de.best_1_bin, 6)])
+@pytest.mark.parametrize(
+    ("search", "variant"),
+    [(de.rand_1_exp, 2), pytest.param(de.best_1_bin, 6, marks=pytest.mark.study)],
+)
 def test_differential_evolution_converges_as_pygmos(search, variant):
     theirs = pygmos(
         lambda seed: pygmo.de(60, de.F, de.CR, variant, ftol=0.0, xtol=0.0, seed=seed), 50
@@ -144,6 +151,7 @@ def pymoos(algorithm, generations: int) -> np.ndarray:
     )
 
 
+@pytest.mark.study
 def test_swarm_converges_as_pymoos():
     PSO = pytest.importorskip("pymoo.algorithms.soo.nonconvex.pso", reason="no pymoo").PSO
     from pymoo.operators.sampling.rnd import FloatRandomSampling

@@ -86,6 +86,7 @@ def test_yields_reasons_and_stations_are_those_of_the_results(history: History) 
     assert able.mean == pytest.approx(np.mean([row.value for row in rows]))
 
 
+@pytest.mark.slow
 def test_filters_choose_readings_and_counts(history: History) -> None:
     one = line(history, filters.read({"station": "line-0", "serial": "SN-0003*"}).query)
     assert one.yields.count == 20
@@ -135,6 +136,7 @@ def test_the_report_of_a_cited_capture_is_made_when_it_is_asked_for(url: str) ->
     assert refused(url + "result/42/report/1")[0] == 404
 
 
+@pytest.mark.slow
 def test_filters_stand_in_every_link_of_the_page(url: str) -> None:
     text = unescape(got(f"{url}?station=line-0&outcome=FAIL"))
     assert 'value="line-0" selected' in text

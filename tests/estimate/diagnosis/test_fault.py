@@ -89,6 +89,7 @@ def test_missing_samples_are_told_from_lost_counts(runs: Runs) -> None:
     assert len(found.places) == 10
 
 
+@pytest.mark.slow
 def test_every_second_reading_held_is_seen_as_such(runs: Runs) -> None:
     channel = runs.good.channels["current"]
     raw = np.repeat(np.asarray(channel.raw)[::2], 2)[: len(runs.good)]

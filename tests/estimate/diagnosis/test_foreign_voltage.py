@@ -58,6 +58,7 @@ def test_a_supply_is_named(drive: Callable[[], Drive]) -> None:
     assert said.moves["K"] == np.inf
 
 
+@pytest.mark.slow
 def test_another_column_is_named() -> None:
     capture = log(ramp)
     other = 6.0 * np.sin(40.0 * capture.time_s)
@@ -83,6 +84,7 @@ def test_a_log_is_judged_from_so_many_whole_rows_on(known: int) -> None:
             assert found[2] == pytest.approx(speed.values[:known])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("swing", "supply"), [(0.05, True), (0.2, False)])
 def test_what_swings_more_than_a_tenth_is_no_supply(swing: float, supply: bool) -> None:
     """Of its highest value, from end to end."""

@@ -21,6 +21,7 @@ DECLARED_A = 1e-3
 NOISE_A = 1e-3
 
 
+@pytest.mark.slow
 def test_a_zero_beyond_its_declaration_becomes_an_unknown() -> None:
     """With the declared prior the fit is torn between its rest and its drive."""
     good = clean_capture(FAULHABER)
@@ -65,6 +66,7 @@ def without(capture: Capture, *places: int) -> Capture:
 MISSING = Suspect(CODE, "time", "samples are missing", "count them", "named")
 
 
+@pytest.mark.slow
 def test_samples_that_are_missing_are_put_back() -> None:
     records, solution = solved([without(counted(), 400, 900, 901)], {}, ())
     found = repaired(records, solution, [MISSING], None, {}, ())

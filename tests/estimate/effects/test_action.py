@@ -21,6 +21,7 @@ def setup() -> Setup:
     return Setup(4, [0.0, 0.0, 0.0])
 
 
+@pytest.mark.slow
 @given(SIZES, SIZES)
 def test_two_sizes_are_their_sum(a: float, b: float) -> None:
     twice, once = setup(), setup()

@@ -81,6 +81,7 @@ def test_its_tangent_is_that_course_of_the_current_and_of_nothing_else() -> None
     assert not any(part.any() for name, part in change.items() if name != CURRENT)
 
 
+@pytest.mark.slow
 def test_a_course_without_a_shape_is_nothing() -> None:
     """A foreign file that holds a size alone."""
     whole = stating(run(), 0.01, "s")

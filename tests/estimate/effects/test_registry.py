@@ -71,6 +71,7 @@ def test_an_effect_that_was_not_found_is_a_term_of_wider_models() -> None:
     assert {q.use for q in REGISTRY if q.term} == {Use.UNDETECTED}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("quantity", CAPTURED, ids=lambda q: q.name)
 def test_some_tiny_capture_has_it(quantity: InfluenceQuantity) -> None:
     """Else the tests of derivatives would say nothing of it."""
@@ -118,6 +119,7 @@ def test_the_tangent_is_the_slope_of_the_readings(quantity: InfluenceQuantity) -
     assert most > 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "quantity",
     [q for q in REGISTRY if q.acts and all(isinstance(a, Reading) for a in q.acts)],

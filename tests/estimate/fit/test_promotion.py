@@ -45,6 +45,7 @@ def rippling() -> tuple[list[MotorRecord], Solution]:
     return fitted(uncertain(instants(), 3e-6))
 
 
+@pytest.mark.slow
 def test_a_delay_that_ripple_shows_becomes_an_unknown() -> None:
     records, solution = rippling()
     before = records[0].unknowns
@@ -59,6 +60,7 @@ def test_a_delay_that_ripple_shows_becomes_an_unknown() -> None:
     assert DELAY in [one for one, _ in records[0].propagated]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sd_s", [1e-12, 3e-6])
 def test_what_no_reading_shows_stays_as_declared(sd_s: float) -> None:
     """A mean over whole periods; or a delay that is known better than any reading could tell."""

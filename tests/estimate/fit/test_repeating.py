@@ -133,6 +133,7 @@ def test_an_eccentric_encoder_is_found_by_its_size(folder: Path) -> None:
     assert solution.values[:5] == pytest.approx(still.values[:5], rel=5e-3)
 
 
+@pytest.mark.slow
 def test_nothing_is_simulated_where_nothing_repeats(folder: Path) -> None:
     record, solution = found(folder, "seed=4&ripple=0.0")
     assert not record.repeating.slopes

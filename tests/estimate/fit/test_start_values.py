@@ -63,6 +63,7 @@ def mechanical(data: list[Signals], **fixed: float) -> dict[str, float]:
     return dict(zip(("B", "J", "T0"), start_values.mechanical(data, K, fixed), strict=True))
 
 
+@pytest.mark.slow
 def test_windows_of_the_voltage_give_the_winding(both: list[Signals]) -> None:
     found = electrical(both)
     assert found["R"] == pytest.approx(R, rel=0.01)

@@ -40,6 +40,7 @@ def test_any_motor_near_is_found(scales):
     assert steiglitz_mcbride(step(motor, 1e-4, 1500)).values == pytest.approx(motor, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_noise_costs_percents_and_no_more():
     clean = step(UNDERDAMPED, 1e-4, 5000)
     misses = []

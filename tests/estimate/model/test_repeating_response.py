@@ -164,6 +164,7 @@ def turning(*volts: float) -> RepeatingResponse:
     return RepeatingResponse(record, POINT, np.array([u.start for u in record.unknowns]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("volts", "sign"), [((6.0, 3.0), -1.0), ((-6.0, -3.0), 1.0)])
 def test_one_way_friction_that_varies_is_cogging(volts: tuple[float, ...], sign: float) -> None:
     """But for when the rotor breaks away, which bends."""
@@ -197,6 +198,7 @@ def _driven(level_v: tuple[float, float], each_s: float, torque: float, at: np.n
     return np.concatenate(out)
 
 
+@pytest.mark.slow
 def test_friction_that_varies_is_against_the_motion_both_ways() -> None:
     """Beside the equations of a motor whose friction is T0 - F sin 3 angle: the second unknown."""
     response = turning(6.0, -6.0)

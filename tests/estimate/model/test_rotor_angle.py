@@ -40,6 +40,7 @@ def shown(aperture_s: float) -> tuple[np.ndarray, np.ndarray]:
     return rippled(m, output, volts, K, WAVE, angle, PERIOD_S), past * PERIOD_S
 
 
+@pytest.mark.slow
 def test_a_reading_at_an_instant_shows_the_ripple_there() -> None:
     ripple, at = shown(0.0)
     expected = K * RATE * np.cos(WAVE[0] * RATE * at + WAVE[1])

@@ -68,6 +68,7 @@ def test_every_residual_belongs_to_the_part_that_its_reading_lies_in() -> None:
         assert numbers[block].tolist() == expected[-len(numbers[block]) :].tolist()
 
 
+@pytest.mark.slow
 def test_white_noise_needs_no_filter_and_coloured_noise_does() -> None:
     records, solution = fitted("noisy_source")
     one = records[0].twin()

@@ -89,6 +89,7 @@ def test_one_that_is_given_tells_the_others(name: str) -> None:
     assert estimate.parameters["K"].value == pytest.approx(K, rel=0.02)
 
 
+@pytest.mark.slow
 def test_two_that_are_given_are_refused() -> None:
     with pytest.raises(UsageError, match="K and J together"):
         fit([motionless(4)], fix={"K": K, "J": 4e-7})
@@ -121,6 +122,7 @@ def test_a_capture_without_motion_joins_one_with() -> None:
     assert missed(estimate, tuple(FAULHABER)) == []
 
 
+@pytest.mark.slow
 def test_nothing_of_the_motion_is_told_where_the_resistance_is_not() -> None:
     """The speed is seen through R: whatever a fit says of friction then is worth nothing."""
     found = fit([motionless(4)])

@@ -101,6 +101,7 @@ def test_an_exact_rise_is_found(is_position: bool) -> None:
     assert found.constant_s == pytest.approx(TAU_S, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_a_second_lag_is_found_where_the_readings_ask_for_it() -> None:
     rng = np.random.default_rng(1)
     found = rise([Record(TIME, speed(TIME, TWO) + 0.05 * rng.standard_normal(len(TIME)))])

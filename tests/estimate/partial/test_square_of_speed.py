@@ -68,6 +68,7 @@ def told(found: Estimate) -> dict[str, Any]:
     return {name: p for name, p in found.combinations.items() if p.value is not None}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drive", [VOLTAGE, CURRENT])
 def test_a_fan_is_named_once_and_what_it_moves_is_doubtful(drive: str) -> None:
     found = fit([logged(FAN, drive)])
@@ -82,6 +83,7 @@ def test_a_fan_is_named_once_and_what_it_moves_is_doubtful(drive: str) -> None:
         assert (p.status is Status.DOUBTFUL) or name not in named.moves
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drive", [VOLTAGE, CURRENT])
 def test_no_fan_is_seen_where_there_is_none(drive: str) -> None:
     found = fit([logged(0.0, drive)])

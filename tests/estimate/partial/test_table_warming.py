@@ -82,6 +82,7 @@ def test_the_rise_is_told_in_kelvin() -> None:
     assert rise == pytest.approx(40.0, abs=3.0 * u)
 
 
+@pytest.mark.slow
 def test_good_tables_are_not_accused_and_hold_the_truth() -> None:
     far = []
     for seed in range(30):

@@ -117,6 +117,7 @@ def held_row(m: Motor, state: np.ndarray, level: float, step_s: float) -> np.nda
     return after
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("after", "words"), [(True, "held until the next"),
                                               (False, "held since the one before")])  # fmt: skip
 def test_a_voltage_that_is_held_is_taken_as_held(after: bool, words: str) -> None:

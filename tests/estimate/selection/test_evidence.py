@@ -107,6 +107,7 @@ def test_a_stiff_shaft_is_not_looked_for_in_noise() -> None:
     assert shaft_resonance.springs(records, solution, FAULHABER, [TERMS["two-masses"]]) == []
 
 
+@pytest.mark.slow
 def test_a_loss_that_is_noise_asks_for_nothing() -> None:
     records = [MotorRecord(noisy(measured(), 7, 2e-3, 2e-4), PARAMETERS, {})]
     records[0].retake_sources(POINT, start(records[0]))  # now what it loses has a course

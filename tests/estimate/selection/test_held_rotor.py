@@ -70,7 +70,7 @@ def of_meter(eddy: float, time_s: float, hz: float = 1000.0) -> float:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("time_s", [530e-6, 300e-6, 100e-6])
+@pytest.mark.parametrize("time_s", [pytest.param(530e-6, marks=pytest.mark.study), 300e-6, 100e-6])
 def test_saturation_and_eddies_are_told_apart(time_s: float) -> None:
     found = fit([captured(iron(1, time_s=time_s))], model="auto").alternative
     assert found is not None
@@ -123,6 +123,7 @@ def test_one_effect_alone_is_named_alone() -> None:
         assert found.terms == (name,)
 
 
+@pytest.mark.slow
 def test_a_term_that_needs_motion_is_refused() -> None:
     known = ", ".join(term.name for term in SHOWN)
     with pytest.raises(UsageError, match=f"--model cogging: a rotor .* it shows {known}"):

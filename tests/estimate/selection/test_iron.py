@@ -21,9 +21,9 @@ from motorid.sim import truth
 SLOW = Decay.SYNCHRONOUS_SLOW
 
 
-def program(*volts: float) -> Program:
-    drives = [Step(StepKind.DRIVE_VOLTS, 0.1, v, SLOW) for v in volts]
-    return Program((Step(StepKind.COAST, 0.03), *drives, Step(StepKind.COAST, 0.6)))
+def program(*volts: float, drive_s: float = 0.06, coast_s: float = 0.3) -> Program:
+    drives = [Step(StepKind.DRIVE_VOLTS, drive_s, v, SLOW) for v in volts]
+    return Program((Step(StepKind.COAST, 0.03), *drives, Step(StepKind.COAST, coast_s)))
 
 
 def measured(folder: Path, options: str, run: Program) -> tuple[Capture, dict[str, float]]:
@@ -47,7 +47,8 @@ def named(estimate: Estimate) -> tuple[str, ...]:
 
 @pytest.mark.slow
 def test_eddy_currents_are_named_and_the_inductance_of_a_meter_follows(tmp_path: Path) -> None:
-    capture, true = measured(tmp_path, "eddy=0.5&eddy_time=2e-4", program(2.0, 4.0, 6.0))
+    run = program(2.0, 4.0, 6.0, drive_s=0.1, coast_s=0.6)
+    capture, true = measured(tmp_path, "eddy=0.5&eddy_time=2e-4", run)
     estimate = fit([capture], model="auto")
     assert named(estimate) == ("eddy",)
     found = estimate.alternative.parameters
@@ -61,7 +62,7 @@ def test_eddy_currents_are_named_and_the_inductance_of_a_meter_follows(tmp_path:
     assert all(covers(estimate.parameters[n], true[n]) for n in ("R", "K", "B", "J", "T0"))
 
 
-@pytest.mark.slow
+@pytest.mark.study  # as a reversal does, below
 def test_a_step_down_tells_load_friction(tmp_path: Path) -> None:
     capture, true = measured(tmp_path, "load_friction=0.03", program(3.0, 6.0, 2.5))
     estimate = fit([capture], model="auto")

@@ -52,6 +52,7 @@ def test_a_value_that_it_moves_is_doubtful_and_its_interval_covers_the_move() ->
     assert "5.0 standard deviations" in said.message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("share", "seen"), [(0.3, 0.0), (1e-6, 5.0)])
 def test_what_is_not_seen_or_moves_nothing_changes_nothing(share: float, seen: float) -> None:
     assert found(share, seen) == fitted()[0]

@@ -66,6 +66,7 @@ def steps() -> np.ndarray:
     return EACH * np.arange(1, len(VOLTS))
 
 
+@pytest.mark.slow
 def test_the_resistance_is_what_the_current_shows() -> None:
     shown = turned(0.2, 1e-3)
     assert source_ohms(shown[VOLTAGE], shown[CURRENT], steps()) == pytest.approx(0.2, rel=1e-6)
@@ -111,7 +112,7 @@ def test_without_a_source_its_jumps_are_those_of_the_terminals() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("samples", [0.4, 0.8])
+@pytest.mark.parametrize("samples", [0.4, pytest.param(0.8, marks=pytest.mark.study)])
 def test_the_inductance_holds_where_a_weak_supply_jumps_at_any_moment(samples: float) -> None:
     """What the terminals had between the jump and the next reading fell with the current."""
     shown = log(0.1 * R, L / R / samples, SMALL, (0.3, 0.8, 0.1, 0.6, 0.45))

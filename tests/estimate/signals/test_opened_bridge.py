@@ -178,6 +178,7 @@ def test_a_motor_that_is_driven_throughout_has_none(drive: Callable[[], Drive]) 
     assert left_out([capture]) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("late", [-12, 12])
 def test_a_current_that_comes_late_is_no_open_bridge(late: int) -> None:
     capture = logged(trace(steps, 0.0, 0.0))

@@ -115,6 +115,7 @@ def test_a_voltage_that_swings_within_few_readings_is_no_noise() -> None:
     assert scatter(wave + NOISE) == pytest.approx(NOISE_V, rel=0.2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("deviation", [0.0, 0.2, 0.3, 0.5])
 def test_a_mean_keeps_of_rounding_what_noise_does_not_smooth(deviation: float) -> None:
     """In steps of the converter: many readings of levels at random places between two of them."""

@@ -75,6 +75,7 @@ def test_noise_is_what_it_has_left_of_the_currents_chi_square(shape: str) -> Non
     assert abs(judged(without).noise) < 1e-3 * found.noise
 
 
+@pytest.mark.slow
 def test_a_fit_that_passes_less_of_a_noise_is_left_less_of_it() -> None:
     """By a larger inductance here: of white noise its winding passes as much as R/L."""
     capture = loud(0.3)

@@ -54,6 +54,7 @@ def test_lines_sum_to_the_variance_of_every_parameter(name: str, runs: int) -> N
         assert sum(u**2 for u in lines[parameter].values()) == pytest.approx(total**2, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", KINDS)
 def test_every_line_has_a_remedy(name: str) -> None:
     for lines in budget_shares(found(name)).values():
@@ -66,6 +67,7 @@ def test_every_influence_quantity_and_every_rest_has_a_remedy() -> None:
         assert len(budget.remedy(cause)) > 5
 
 
+@pytest.mark.slow
 def test_a_gain_of_the_current_scales_what_it_must() -> None:
     """i → (1 + g) i at the same volts and speed: R, L, K, B, J, T0 by −g, −g, 0, and g."""
     records, solution = fitted("commanded")

@@ -45,6 +45,7 @@ def test_a_step_down_brakes_the_motor_and_tells_it() -> None:
     assert found.parameters["J"].total < 0.01 * found.parameters["J"].value
 
 
+@pytest.mark.slow
 def test_what_is_no_answer_is_not_asked_what_effects_leave_open_of_it() -> None:
     capture = noisy(clean_capture(FAULHABER, Plan(volts=(3.0, 6.0))), 1, 1e-2, 1e-3)
     records, solution = joint_fit.solved([capture], {}, ())

@@ -81,6 +81,7 @@ def test_a_balance_without_a_voltage_says_the_same() -> None:
     check(drawn, {"current gain": CURRENT, "encoder or speed gain": SPEED}, 1e-3)
 
 
+@pytest.mark.slow
 def test_a_coast_down_says_the_same() -> None:
     t = np.arange(0, 1.2, 1e-3)
     speed = np.maximum(300.0 * np.exp(-t / 0.4) - 60.0, 0.0)

@@ -61,6 +61,7 @@ def no_glance(captures: Any, values: Any) -> Any:
     raise AssertionError("not every parameter has a value")
 
 
+@pytest.mark.slow
 def test_the_frequency_that_explains_the_current_is_taken() -> None:
     found, estimate = pwm_frequency.corrected([capture(80e3)], left(12.0), fits(20e3), no_glance)
     assert found[0].wiring.pwm_hz == 20e3

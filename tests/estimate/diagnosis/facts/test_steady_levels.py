@@ -60,6 +60,7 @@ def test_a_good_run_reports_the_foretold_speed_and_no_difference() -> None:
     assert codes(estimate) == []
 
 
+@pytest.mark.slow
 def test_a_level_whose_current_reads_too_much_is_named() -> None:
     good = noisy(clean_capture(FAULHABER, LONG), 1, 1e-3, 1e-4)
     assert codes(fit([with_current(good, 0.02)])) == ["steady_current"]

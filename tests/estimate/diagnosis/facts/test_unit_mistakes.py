@@ -114,6 +114,7 @@ def test_a_board_declares_its_scales_and_is_not_told_of_units() -> None:
     assert all(said.code != "unit_mistake" for said in found)
 
 
+@pytest.mark.slow
 def test_drawn_motors_of_all_sizes_are_not_accused() -> None:
     rng = np.random.default_rng(11)
     capture, accused = log(), []

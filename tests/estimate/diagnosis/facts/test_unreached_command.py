@@ -52,6 +52,7 @@ def test_a_supply_that_gives_the_command_is_not_accused(real: float) -> None:
     assert "no smaller sag" in words
 
 
+@pytest.mark.slow
 def test_a_voltage_that_was_measured_speaks_for_itself() -> None:
     assert not said(given(6.0, -6.0, 4.5, 3.0))
 

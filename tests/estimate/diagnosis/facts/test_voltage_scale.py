@@ -72,6 +72,7 @@ def test_the_supplys_own_readings_give_what_a_duty_gives() -> None:
     assert found.uncertainty == pytest.approx(0.005, rel=0.1)
 
 
+@pytest.mark.slow
 def test_nothing_is_said_where_nobody_knows_what_drove_the_motor() -> None:
     good = run(1.2)
     assert voltage_scale.scale(replace(good, program=None, phases=())) is None

@@ -204,7 +204,7 @@ def test_a_distorted_channel_is_named_and_what_it_moved_is_covered(code: str, ru
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("share", [0.007, 0.01])
+@pytest.mark.parametrize("share", [0.007, pytest.param(0.01, marks=pytest.mark.study)])
 def test_a_reference_that_sags_is_estimated_with_the_motor(share: float, runs: Runs) -> None:
     """Named with its size; no parameter is doubtful by it."""
     estimate = fit([_sagging(runs, share)])

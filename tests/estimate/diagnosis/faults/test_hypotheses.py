@@ -126,6 +126,7 @@ def test_the_measured_speed_is_the_slope_of_the_angle() -> None:
     assert shown is not None
 
 
+@pytest.mark.slow
 def test_the_motors_two_laws_on_blocks_of_an_exact_capture() -> None:
     """Of a motor that is known: R and K by the electrical law, J by the mechanical one."""
     one = MotorRecord(clean_capture(FAULHABER, Plan(count=1500)), PARAMETERS, {})

@@ -83,6 +83,7 @@ def shown(monkeypatch: pytest.MonkeyPatch) -> Callable[[Blocks], list[Any]]:
     return use
 
 
+@pytest.mark.slow
 def test_a_motor_without_a_fault_shows_none(sound: Blocks, shown: Any) -> None:
     records = shown(sound)
     assert saturation.seen(records) is None
@@ -179,6 +180,7 @@ def test_a_supply_with_a_limit_leaves_a_commanded_voltage_unanswered(
     assert current_limited_supply.seen(rare) is None
 
 
+@pytest.mark.slow
 def test_a_load_that_slips_is_seen_with_its_share_and_rate() -> None:
     volts, speed = turned(share=0.4, most=250.0)
     found = load_slip.start(seen_as(volts, speed))

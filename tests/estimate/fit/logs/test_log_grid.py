@@ -78,7 +78,10 @@ def test_only_readings_between_ticks_ask_for_it(jitter: float, finer: bool) -> N
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("late", [0.1, 0.45, 0.7])
+@pytest.mark.parametrize(
+    "late",
+    [0.1, pytest.param(0.45, marks=pytest.mark.study), pytest.param(0.7, marks=pytest.mark.study)],
+)
 def test_a_voltage_that_jumps_between_two_readings_moves_no_parameter(late: float) -> None:
     """With four ticks a sample R was off by 6 standard uncertainties at .1, J by 8, unnamed."""
     motor = replace(MOTOR, L=0.4 * MOTOR.R / RATE)

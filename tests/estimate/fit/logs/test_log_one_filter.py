@@ -61,7 +61,7 @@ def errors_in_u(records: list[MotorRecord], solution: Solution) -> dict[str, flo
     ("column", "kind", "samples"),
     [
         pytest.param("i", "2 RC", 2.5, marks=pytest.mark.study),
-        ("w", "Bessel", 6.0),
+        pytest.param("w", "Bessel", 6.0, marks=pytest.mark.study),  # a current's: test_log_readings
     ],
 )
 def test_a_filter_of_second_order_is_repaired(column: str, kind: str, samples: float) -> None:

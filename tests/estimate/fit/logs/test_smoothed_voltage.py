@@ -33,6 +33,7 @@ def joined(folder: Path, **spoilt: Any) -> MotorRecord:
     return MotorRecord(logged(folder, **spoilt), FREE, {}, JOINED)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("samples", [0.7, 2.0, 6.0])
 def test_readings_go_on_after_a_jump_as_an_exponential_does(samples: float, tmp_path: Path) -> None:
     record = joined(tmp_path, v=low_pass(samples))

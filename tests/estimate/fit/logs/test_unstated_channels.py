@@ -26,6 +26,7 @@ def plain(folder: Path, lag: int) -> tuple[list[MotorRecord], Told]:
     return records, heard
 
 
+@pytest.mark.slow
 def test_a_late_speed_is_asked_for_and_a_sound_log_is_not(tmp_path: Path) -> None:
     _, sound = plain(tmp_path, 0)
     assert not sound.asked_for

@@ -19,6 +19,7 @@ from tests.exact_capture import FAULHABER
 PATH_OHM = 0.05  # 2 % of R
 
 
+@pytest.mark.slow
 def test_it_is_offered_where_a_supply_is_read_and_the_duty_commanded() -> None:
     (one,) = supply_path.hypotheses([MotorRecord(commanded(), PARAMETERS, {})])
     assert one.code == "supply_read_upstream"
