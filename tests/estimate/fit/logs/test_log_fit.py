@@ -68,7 +68,7 @@ def named(found: Estimate) -> set[str]:
 @pytest.mark.parametrize(
     ("column", "spoil", "code"),
     [
-        pytest.param("i", smoothed(3.0), "current_filtered", marks=pytest.mark.study),
+        ("i", smoothed(3.0), "current_filtered"),
         pytest.param("w", smoothed(20.0), "speed_filtered", marks=pytest.mark.study),
         pytest.param("v", smoothed(5.0), "voltage_filtered", marks=pytest.mark.study),
         pytest.param("i", late(10), "current_lag", marks=pytest.mark.study),
