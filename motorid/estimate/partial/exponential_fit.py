@@ -28,6 +28,7 @@ Floats = NDArray[np.float64]
 SHORTEST, LONGEST = 0.3, 5.0  # of a time constant: sample periods, and lengths of the record
 CONSTANTS, ONSETS = 18, 18  # tried before any refinement
 MOST_EVALUATIONS = 400  # of a refinement
+SETTLED, ROUGHLY = 1e-13, 1e-8  # relative changes that end it
 LAST = 3  # readings that an onset lies before
 WHITENINGS = 3  # rounds of weights and fit in turn
 ASKED = 20.0  # of chi-square, by which a second lag must be better
@@ -235,7 +236,7 @@ class _Problem:
         """
         found = [(self._times(single.lags.tolist(), single), 0.0)]
         for self.second in HIDDEN:
-            found.append(self._refined(found[-1][0], 1))
+            found.append(self._refined(found[-1][0], 1, ROUGHLY))
         self.second = 0.0
         ratios = np.linspace(0.0, HIDDEN[-1], BETWEEN)
         half = np.interp(ratios, HIDDEN, [cost for _, cost in found[1:]])  # of chi-square
@@ -271,7 +272,7 @@ class _Problem:
         parts = zip(self.records, self.roots, self._levels(times, lags), strict=True)
         return np.concatenate([w * (r.values - X @ c) for r, w, (X, c) in parts])
 
-    def _refined(self, times: Floats, lags: int) -> tuple[Floats, float]:
+    def _refined(self, times: Floats, lags: int, enough: float = SETTLED) -> tuple[Floats, float]:
         from scipy.optimize import least_squares
 
         periods = min(r.period_s for r in self.records)
@@ -281,7 +282,7 @@ class _Problem:
         scale = np.array([1.0] * lags + [periods] * (len(times) - lags))
         found = least_squares(
             self._left, np.clip(times, low, high), args=(lags,), bounds=(low, high), x_scale=scale,
-            jac="3-point", xtol=1e-13, ftol=1e-13, gtol=1e-13, max_nfev=MOST_EVALUATIONS,
+            jac="3-point", xtol=enough, ftol=enough, gtol=enough, max_nfev=MOST_EVALUATIONS,
         )  # fmt: skip
         return np.asarray(found.x, np.float64), float(found.cost)
 

@@ -51,8 +51,10 @@ def log(share: float, jitter: float = 0.0) -> Capture:
 @pytest.mark.slow
 @pytest.mark.parametrize(("share", "jitter"), [(1.0, 0.0), (0.9, 0.0), (1.0, 0.3)])
 def test_the_inductance_holds(share: float, jitter: float) -> None:
-    found = fit([log(share, jitter)]).parameters
+    """Readings leave 2 % of any value open; what is usual of a fan leaves more of friction."""
+    found = fit([log(share, jitter)])
     for name, true in TRUE.items():
-        p = found[name]
+        p, fan = found.parameters[name], found.budget[name].get("quadratic load", 0.0)
         assert abs(p.value - true) < 3.0 * p.total, name
-        assert p.total < 0.02 * true, name
+        assert p.total**2 - fan**2 < (0.02 * true) ** 2, name
+        assert name in ("B", "T0") or fan < 0.02 * true
