@@ -71,11 +71,12 @@ def of_capture(record: MotorRecord, where: str) -> list[Diagnostic]:
         p for p, s in zip(record.timeline.parts, record.sources, strict=True)
         if (s is None or s.as_read) and not p.open
     ]  # fmt: skip
+    parts = "1 driven part" if len(raw) == 1 else f"{len(raw)} driven parts"
     if raw and record.sensed.resolution:
         out.append(
             Diagnostic(
                 "voltage_readings", "info",
-                f"in {len(raw)} driven parts{where} the voltage does not follow a constant source "
+                f"in {parts}{where} the voltage does not follow a constant source "
                 "behind a resistance: there the fit uses each reading of it",
             )
         )  # fmt: skip

@@ -199,7 +199,7 @@ def test_readings_at_the_end_of_a_range_and_used_one_by_one() -> None:
     found = {d.code: d for d in data_remarks.of_capture(one, " in run 2")}
     assert found["saturated"].message.startswith("3 readings of the current are at the end")
     assert found["saturated"].severity == "warning"
-    assert found["voltage_readings"].message.startswith("in 1 driven parts in run 2 ")
+    assert found["voltage_readings"].message.startswith("in 1 driven part in run 2 ")
     assert found["voltage_readings"].severity == "info"
 
 
