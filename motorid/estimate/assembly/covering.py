@@ -31,7 +31,7 @@ def covering(plain: Estimate, better: Alternative, names: Iterable[str]) -> Cove
     return found
 
 
-def excluded(plain: Estimate, better: Alternative, but: Sequence[str]) -> list[str]:
+def excluded(plain: Estimate, better: Alternative, but: Sequence[str] = ()) -> list[str]:
     """Parameters whose interval does not hold the better model's value, ``but`` some."""
     out = []
     for name, p in plain.parameters.items():

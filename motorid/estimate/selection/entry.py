@@ -372,7 +372,8 @@ def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
         said = Diagnostic("model_asked", "info", f"beside it, as asked: a model with {what}")
     else:
         allowed = _is_allowed_for(fitted.terms)
-        names = excluded(estimate, better, but=OWN) if allowed else estimate.parameters
+        biased = excluded(estimate, better, but=OWN) if allowed else estimate.parameters
+        names = excluded(estimate, better) if allowed and biased else biased
         found = covering(estimate, better, names)
         harmless = allowed and not found.sides
         said = Diagnostic(

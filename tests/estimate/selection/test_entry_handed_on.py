@@ -345,7 +345,9 @@ def test_what_was_found_is_covered_where_the_six_do_without_it(
 def test_what_the_six_allow_for_is_covered_where_they_allow_for_too_little(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """That is where an interval does not hold the better model's value."""
+    """That is where an interval does not hold the better model's value. R of such a model means
+    something else: alone it says nothing, and beside another it counts as well.
+    """
     seen: dict[str, Any] = {}
     more = SimpleNamespace(moves={"K": 0.5}, sides={"K": (0.0, 0.5)})
     noting(monkeypatch, entry, seen, covering=more, excluded=["K"], settled=estimate())
@@ -354,9 +356,13 @@ def test_what_the_six_allow_for_is_covered_where_they_allow_for_too_little(
     fitted: Any = SimpleNamespace(terms=(DROP,))
     said = entry._said(bare, fitted).diagnostics[0]
     assert seen["covering"] == [(bare, better, ["K"])]
-    assert seen["excluded"] == [(bare, better, ("but", ("R",)))]
+    assert seen["excluded"] == [(bare, better, ("but", ("R",))), (bare, better)]
     assert (said.moves, said.severity) == ({"K": 0.5}, "warning")
     assert "the six parameters allow for less of it and are biased" in said.message
-    noting(monkeypatch, entry, seen, covering=SimpleNamespace(moves={}, sides={}))
+    seen.clear()
+    nothing = SimpleNamespace(moves={}, sides={})
+    noting(monkeypatch, entry, seen, covering=nothing, excluded=[])
     said = entry._said(bare, fitted).diagnostics[0]
+    assert seen["excluded"] == [(bare, better, ("but", ("R",)))]
+    assert seen["covering"] == [(bare, better, [])]
     assert (said.moves, said.severity) == ({}, "info")
