@@ -9,7 +9,6 @@ line of the budget even where the readings hardly tell it.
 
 from __future__ import annotations
 
-from motorid.capture.model import POSITION, SPEED
 from motorid.estimate.effects import scales
 from motorid.estimate.effects.action import MotorParameter
 from motorid.estimate.effects.influence_quantity import (
@@ -36,8 +35,7 @@ def _prior(subject: Subject, _: int) -> Prior | None:
 
 def _is_kept(subject: Subject) -> bool:
     """In a log, and without a motion."""
-    still = all(subject.block(name) is None for name in (SPEED, POSITION))
-    return still or subject.sensed.waveform is not None
+    return scales.moving(subject) is None or subject.sensed.waveform is not None
 
 
 WINDAGE = InfluenceQuantity(

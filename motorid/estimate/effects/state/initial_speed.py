@@ -55,10 +55,10 @@ def _unread(subject: Subject) -> Prior | None:
 
 
 def _prior(subject: Subject, _: int) -> Prior | None:
-    if scales.moving(subject) is None:
-        return _unread(subject)
     first = _first(subject)
-    if first is None or starts_at_rest(subject.capture, subject.driven):
+    if first is None:
+        return _unread(subject)
+    if starts_at_rest(subject.capture, subject.driven):
         return None
     return Prior(start=float(first.mean()))
 
