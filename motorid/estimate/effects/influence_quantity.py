@@ -7,7 +7,7 @@ line of the uncertainty budget, the test for a fault, the remedy, the row of the
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum, auto
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -110,6 +110,14 @@ def never(_: Subject) -> bool:
     return False
 
 
+@dataclass(frozen=True)
+class Shape:
+    """One of the forms that a quantity's effect may have, and how likely it is before any data."""
+
+    chance: float
+    acts: tuple[Action, ...]
+
+
 @dataclass(frozen=True, eq=False)  # each is itself
 class InfluenceQuantity:
     """``prior``: from what is declared (GUM type B) or a stated default; None: it is not there.
@@ -118,7 +126,8 @@ class InfluenceQuantity:
     of it. ``places``: the parts, or jumps, of a capture that have one each. ``told``: the readings
     may tell a propagated one better than its declaration. ``kept``: one that was not detected has
     its line in a budget even where readings hardly tell it. ``listed`` among what was estimated.
-    ``term``: of a wider model, that has the effect by itself.
+    ``term``: of a wider model, that has the effect by itself. ``shapes``: forms of an effect that
+    was not detected, where a parameter beside its size is open; their chances add up to 1.
     """
 
     name: str
@@ -136,6 +145,14 @@ class InfluenceQuantity:
     kept: Callable[[Any], bool] = never
     listed: bool = True
     term: str = ""
+    shapes: tuple[Shape, ...] = ()
+
+    @property
+    def shaped(self) -> tuple[tuple[float, InfluenceQuantity], ...]:
+        """The quantity in each of its forms, with the chance of that."""
+        if not self.shapes:
+            return ((1.0, self),)
+        return tuple((one.chance, replace(self, acts=one.acts, shapes=())) for one in self.shapes)
 
     @property
     def simulated(self) -> bool:

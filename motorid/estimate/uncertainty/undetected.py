@@ -6,6 +6,10 @@ open, about a size of D'r/(1 + D'D). The parameters' shift is by both together. 
 coasting alone hardly tell some effects. Where the prior says more of one than the readings do, the
 report says what its usual size would do: as of a gain that nobody stated, no interval holds it.
 
+An effect of which more than the size is open has several forms. Each leaves a shift; the line is
+the root of their mean square over the forms, weighed by their chances and by how likely each makes
+the readings (Laplace).
+
 An effect is seen only by as much as the pull of it on the residuals scatters (pull_scatter.py), and
 by errors of the voltage, which the model's readings hold and no residual shows.
 """
@@ -13,8 +17,8 @@ by errors of the voltage, which the model's readings hold and no residual shows.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import reduce
+from dataclasses import dataclass
+from functools import partial, reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +41,7 @@ BESIDE = 0.5  # the same beside an effect that was found: what can be told of bo
 FARTHEST = 1.0  # of it: a larger size is for other causes to explain
 UNBOUNDED = 50.0  # of a logarithm, by which no reading tells it: any more says the same
 FOUND = 4.0  # standard deviations of a size that is seen
+TINY = 1e-12  # of what is moved: where no form moves anything
 
 
 @dataclass(frozen=True)
@@ -92,24 +97,79 @@ def undetected(
 
     ``unseen``: errors of the voltage.
     """
-    inverse = covariance_of(solution.information)
-    slope = np.sum([project(line.orthogonal.T, line.residual) for line in solution.records], axis=0)
+    test = _Test(solution, records, unseen)
     left = []
     for quantity in used(Use.UNDETECTED):
-        changes = list(_changes(quantity, solution, records))
+        forms = [(chance, test.of(form)) for chance, form in quantity.shaped]
+        if all(form is not None for _, form in forms):
+            shift, open_, seen = _mixed([(chance, form) for chance, form in forms if form])
+            kept = any(quantity.kept(records[k]) for _, form in forms if form for k in form.runs)
+            left.append(Undetected(quantity, shift, open_, seen, kept))
+    return tuple(left)
+
+
+@dataclass(frozen=True)
+class _Form:
+    """What is left of an effect in one of its forms, in the ``runs`` that may have it.
+
+    ``whole`` (p,): the parameters' shift by one standard deviation of its prior, and ``moves``
+    their square in standard deviations. ``open``: the part of the prior's deviation that is left,
+    about a ``size`` that is ``sure`` of its deviations from nothing.
+    """
+
+    runs: tuple[int, ...]
+    whole: Floats
+    moves: float
+    open: float
+    size: float
+    sure: float
+
+
+class _Test:
+    """Looks for effects that ``records`` do not model at their solution."""
+
+    def __init__(
+        self, solution: Solution, records: Sequence[MotorRecord], unseen: Sequence[Hidden]
+    ) -> None:
+        self.solution, self.records, self.unseen = solution, records, unseen
+        self.inverse = covariance_of(solution.information)
+        self.slope = np.sum(
+            [project(line.orthogonal.T, line.residual) for line in solution.records], axis=0
+        )
+
+    def of(self, quantity: InfluenceQuantity) -> _Form | None:
+        """The effect in one form; None: no record could have it, or has readings with it."""
+        changes = list(_changes(quantity, self.solution, self.records))
         if not changes:
-            continue
+            return None
         sums = reduce(_Sums.added, (_sums(change, line) for _, change, line in changes))
         if not np.isfinite(sums.square):  # no motor with it and these parameters has readings
-            continue
-        follows = inverse @ sums.shared
-        information = _information(changes, solution.records, follows)
-        found = _left(quantity, sums, information, inverse, slope)
-        if found.seen:
-            scatter = _scatter(changes, follows, unseen)
-            found = _left(quantity, sums, information, inverse, slope, scatter)
-        left.append(replace(found, kept=any(quantity.kept(records[k]) for k, *_ in changes)))
-    return tuple(left)
+            return None
+        follows = self.inverse @ sums.shared
+        information = _information(changes, self.solution.records, follows)
+        left = partial(_left, [k for k, *_ in changes], sums, information, self.inverse, self.slope)
+        found = left()
+        if found.sure > FOUND:
+            found = left(_scatter(changes, follows, self.unseen))
+        return found
+
+
+def _mixed(forms: Sequence[tuple[float, _Form]]) -> tuple[Floats, float, float]:
+    """(shift, open, seen) over forms and their chances. The likeliest form says whether the effect
+    is seen; which part is open counts by what each form moves.
+    """
+    logs = np.array([np.log(chance * one.open) + one.sure**2 / 2.0 for chance, one in forms])
+    likely = np.exp(logs - logs.max())
+    likely /= likely.sum()
+    each = [one for _, one in forms]
+    best = each[int(np.argmax(likely))]
+    seen = best.sure if best.sure > FOUND else 0.0
+    sizes = np.array([np.hypot(one.open, 0.0 if seen else one.size) for one in each])
+    whole = np.array([one.whole for one in each])
+    shift = np.copysign(np.sqrt(likely @ (sizes[:, None] * whole) ** 2), best.whole)
+    moves = likely * np.array([max(one.moves, TINY) for one in each])
+    left = np.array([one.open for one in each])
+    return shift, float(np.sqrt(moves @ left**2 / moves.sum())), seen
 
 
 def _information(changes: Sequence[_Change], lines: Sequence[Linearised], follows: Floats) -> float:
@@ -189,19 +249,18 @@ def _cleared(change: Floats, line: Linearised) -> Floats:
 
 
 def _left(
-    quantity: InfluenceQuantity,
+    runs: Sequence[int],
     sums: _Sums,
     information: float,
     inverse: Floats,
     slope: Floats,
     scatter: float = 1.0,
-) -> Undetected:
+) -> _Form:
     share = 1.0 / (1.0 + information)
     size = share * (sums.pull - float(sums.shared @ inverse @ slope))
     size = min(max(size, 0.0), FARTHEST)
     left = float(share**0.5)
-    sure = size / left / float(np.sqrt(scatter))
-    seen = sure if sure > FOUND else 0.0
     # readings that are larger by what the model lacks pull the other way
     whole = -inverse @ sums.shared
-    return Undetected(quantity, whole * float(np.hypot(left, 0.0 if seen else size)), left, seen)
+    moves = -float(sums.shared @ whole)
+    return _Form(tuple(runs), whole, moves, left, size, size / left / float(np.sqrt(scatter)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from types import SimpleNamespace
 from typing import Any
 
@@ -47,7 +48,25 @@ def test_iron_is_expected_at_the_stall_current_of_the_motor() -> None:
     (act,) = EDDY_CURRENTS.acts
     for size in (0.1, -0.04):
         act(setup, judged(), 0, size)  # type: ignore[operator]
-    assert (setup.motor["eddy"], setup.motor["eddy_time"]) == (pytest.approx(0.06), 1e-4)
+    assert setup.motor["eddy"] == pytest.approx(0.06)
+    assert setup.motor["eddy_time"] == pytest.approx(1e-4, rel=0.06)
+
+
+def test_the_time_constant_of_eddies_has_a_uniform_prior_in_its_logarithm() -> None:
+    """Between 30 and 300 us: forms with their chances have its mean and variance."""
+    chances, times = [], []
+    for chance, form in EDDY_CURRENTS.shaped:
+        setup: Any = SimpleNamespace(motor={})
+        (act,) = form.acts
+        act(setup, judged(), 0, 0.1)  # type: ignore[operator]
+        chances.append(chance)
+        times.append(math.log(setup.motor["eddy_time"]))
+    assert sum(chances) == pytest.approx(1.0)
+    mean = float(np.average(times, weights=chances))
+    assert mean == pytest.approx(math.log(3e-5 * 3e-4) / 2)
+    spread = float(np.average((np.array(times) - mean) ** 2, weights=chances))
+    assert spread == pytest.approx(math.log(10.0) ** 2 / 12.0)
+    assert [one for _, one in SATURATION.shaped] == [SATURATION]
 
 
 def test_commutation_is_expected_to_add_to_r_at_the_speed_of_the_highest_voltage() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -28,6 +30,13 @@ from tests.estimate.uncertainty.linear_records import (
 USUAL = 0.2  # standard deviation of the prior
 
 
+def one_form(name: str) -> Any:
+    """A quantity with one form; that of iron is kept."""
+    made = SimpleNamespace(name=name, term=f"{name} term", kept=lambda _: name == "iron")
+    made.shaped = ((1.0, made),)
+    return made
+
+
 def looked_for(monkeypatch: pytest.MonkeyPatch, records: list[LinearRecord],
                *names: str) -> tuple[Undetected, ...]:  # fmt: skip
     """Of quantities that may be in the records whose readings they change."""
@@ -42,9 +51,7 @@ def looked_for(monkeypatch: pytest.MonkeyPatch, records: list[LinearRecord],
     def tangent(record: LinearRecord, values: Any, own: Any, one: Any) -> Any:
         return record.blocks(record.changes[one.name])
 
-    quantities = tuple(
-        SimpleNamespace(name=n, term=f"{n} term", kept=lambda _, n=n: n == "iron") for n in names
-    )
+    quantities = tuple(one_form(n) for n in names)
     monkeypatch.setattr(undetected, "used", lambda use: quantities if use is Use.UNDETECTED else ())
     monkeypatch.setattr(undetected, "instances", places)
     monkeypatch.setattr(undetected, "tangent", tangent)
@@ -85,6 +92,34 @@ def test_an_effect_is_one_of_all_runs_that_may_have_it(
     way = followed(records, moved(records))[:P]
     assert found.shift == pytest.approx(-way * np.hypot(deviation, max(mean, 0.0)))
     assert found.seen == 0.0
+
+
+@pytest.mark.parametrize("size", [0.0, 0.6])
+def test_forms_count_by_their_chances_and_by_how_likely_they_make_the_readings(
+    size: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = drawn(19, "slow", "fast")
+    run.changes["fast"] = 3.0 * run.changes["fast"]  # that are told better than slow ones
+    run.residual = run.residual + size * USUAL * run.changes["slow"]
+    forms = {}
+    for name in ("slow", "fast"):
+        alone = replace(run, changes={"drag": run.changes[name]})
+        way = -followed([alone], moved([alone]))[:P]
+        forms[name] = posterior([alone]), way
+    chances = {"slow": 0.3, "fast": 0.7}
+    drag = one_form("drag")
+    drag.shaped = tuple((chance, one_form(name)) for name, chance in chances.items())
+    monkeypatch.setattr(sys.modules[__name__], "one_form", lambda _: drag)
+    (found,) = looked_for(monkeypatch, [run], "drag")
+    weights, squares = [], []
+    for name, ((mean, deviation), way) in forms.items():
+        most = max(mean, 0.0)
+        weights.append(chances[name] * deviation * np.exp((most / deviation) ** 2 / 2.0))
+        squares.append(way**2 * (deviation**2 + most**2))
+        assert most < FOUND * deviation
+    assert abs(found.shift) == pytest.approx(np.sqrt(np.average(squares, 0, weights)))
+    lower, upper = sorted(deviation for (_, deviation), _ in forms.values())
+    assert lower < found.open < upper
 
 
 def test_what_no_record_could_have_or_all_model_is_not_looked_for(

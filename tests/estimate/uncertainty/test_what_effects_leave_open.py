@@ -19,6 +19,7 @@ from motorid.estimate.uncertainty.undetected import (
     _cleared,
     _information,
     _left,
+    _mixed,
     _scatter,
     _sums,
     beside,
@@ -67,7 +68,8 @@ class System:
         sums = _sums(self.column, line)
         follows = self.inverse @ sums.shared
         information = _information([(0, self.column, line)], [line], follows)
-        return _left(LOAD_FRICTION, sums, information, self.inverse, slope, scatter)
+        form = _left((0,), sums, information, self.inverse, slope, scatter)
+        return Undetected(LOAD_FRICTION, *_mixed([(1.0, form)]))
 
     def posterior(self) -> tuple[float, float, Floats]:
         """The effect's size and standard deviation, and what a unit of it moves the parameters."""
