@@ -24,7 +24,7 @@ from motorid.estimate.selection.predicted_gain import foresee
 from motorid.estimate.selection.revision import SAME, Revision
 from motorid.estimate.selection.score_test import SCREENED, Candidate, screen
 from motorid.estimate.selection.shaft_resonance import springs
-from motorid.estimate.selection.trigger import HINT
+from motorid.estimate.selection.trigger import largest_move, matters
 from motorid.estimate.selection.unsettled_models import Unsettled
 from motorid.estimate.solver.allowance import Allowance, current
 from motorid.estimate.solver.problem import Solution
@@ -210,21 +210,24 @@ class _Search:
 
     def _leave(self, now: _Model, waiting: Sequence[Candidate]) -> None:
         """No room is left for these: what straight lines see of those that matter stays open."""
-        left = [c for c in waiting if _matters(c, self.reach)]
+        left = [c for c in waiting if matters(c, self.reach)]
         self.left_out = [c.term for c in left]
         self.untried += _unsettled(now, left)
 
     def _compared(
         self, now: _Model, rivals: Sequence[Candidate], most: float
     ) -> Iterator[tuple[Fitted, Trial]]:
-        """Each roughly fitted; then wholly fitted and judged, the best of them first.
+        """Each roughly fitted; then wholly fitted and judged, the best of them first: of those that
+        count about as much in the noise that they leave, by their prices in white noise.
 
         Those that leave more than ``most`` of F keep none of their promise. None, from where the
         allowance ends.
         """
         found = [(c, *self._rough(now, c, most)) for c in rivals]
         tried = [(c, b, rough) for c, b, rough in found if rough is not None]
-        for k in in_order([priced(rough, *candidate.terms) for candidate, _, rough in tried]):
+        prices = [priced(rough, *candidate.terms) for candidate, _, rough in tried]
+        least = RIVAL * _most_counted([candidate for candidate, *_ in tried])
+        for k in sorted(in_order(prices), key=lambda k: tried[k][0].counts < least):
             candidate, start, rough = tried[k]
             if rough.solution.objective > most or self.allowance.ended:
                 break
@@ -274,18 +277,18 @@ def _asked(
     tried = screen(*bare, now.taken, names)
     tried += [] if TERMS["two-masses"] in but else springs(*bare, now.taken)
     promising = [c for c in tried if c.gain > WORTH]
-    matter = [(c, _foreseen(now, white, c)) for c in promising if _matters(c, reach)]
+    matter = [_foretold(now, white, c) for c in promising if matters(c, reach)]
     likely = [c for c, found in matter if _is_likely(found)]
     half = [c for c, found in matter if found.possible and not _is_likely(found)]
     hidden = any(c.gain > HIDING and not _is_likely(found) for c, found in matter)
     harmless = [
-        c
+        _foretold(now, white, c)
         for c in promising
-        if not _matters(c, reach)
+        if not matters(c, reach)
         and (hidden or c.gain > GROSS or any(_stands_for(m, c, white) for m in likely))
-        and _is_likely(_foreseen(now, white, c))
     ]
-    asked = sorted([*likely, *harmless], key=lambda c: -_moves(c, reach))
+    likely += [c for c, found in harmless if _is_likely(found)]
+    asked = sorted(likely, key=lambda c: -largest_move(c, reach))
     return [*_masked(now, white, tried, reach), *asked], half, white
 
 
@@ -298,7 +301,10 @@ def _masked(
     both = pair(tried, white)
     if both is None or not both.gain > MASKED * max(c.gain for c in tried):
         return []
-    return [both] if _matters(both, reach) and _is_likely(_foreseen(now, white, both)) else []
+    if not matters(both, reach):
+        return []
+    both, found = _foretold(now, white, both)
+    return [both] if _is_likely(found) else []
 
 
 def _is_likely(found: Evidence) -> bool:
@@ -311,6 +317,18 @@ def _is_likely(found: Evidence) -> bool:
 def _foreseen(now: _Model, white: Solution, candidate: Candidate) -> Evidence:
     """What a fit would find, as far as straight lines show that; all, of one that has none."""
     return foresee(now.records, white, candidate) if candidate.changes else UNFORESEEN
+
+
+def _foretold(now: _Model, white: Solution, candidate: Candidate) -> tuple[Candidate, Evidence]:
+    """The same, with a candidate that knows it."""
+    found = _foreseen(now, white, candidate)
+    counts = found.counted if candidate.changes else candidate.gain
+    return replace(candidate, counts=counts), found
+
+
+def _most_counted(candidates: Sequence[Candidate]) -> float:
+    """The most that straight lines foresee of any of them."""
+    return max((c.counts for c in candidates if c.changes), default=0.0)
 
 
 def _stands_for(one: Candidate, other: Candidate, white: Solution) -> bool:
@@ -328,27 +346,16 @@ def _rivals(
     none of these earns its place.
     """
     first = waiting[0]
-    gain, moves = RIVAL * first.gain, ALIKE * _moves(first, reach)
+    counts, moves = RIVAL * first.counts, ALIKE * largest_move(first, reach)
     near = [
         c
         for c in waiting
-        if (c.gain >= gain and _moves(c, reach) >= moves)
-        or (c.gain >= first.gain and _matters(c, reach))
+        if (c.counts >= counts and largest_move(c, reach) >= moves)
+        or (c.counts >= first.counts and matters(c, reach))
         or c.term in behind
     ]
-    near = sorted(near, key=lambda c: -c.gain)[:REFITTED]
+    near = sorted(near, key=lambda c: -c.counts)[:REFITTED]
     return near, [c for c in waiting if c not in near]
-
-
-def _moves(candidate: Candidate, reach: Mapping[str, float]) -> float:
-    """The largest move of a parameter that it promises, in units of what matters."""
-    shift = candidate.shift
-    return max((abs(shift.get(n, 0.0)) / limit for n, limit in reach.items()), default=0.0)
-
-
-def _matters(candidate: Candidate, reach: Mapping[str, float]) -> bool:
-    """It promises to move what matters."""
-    return _moves(candidate, reach) > HINT
 
 
 def _shifted(now: _Model, candidate: Candidate) -> dict[str, float]:

@@ -33,7 +33,8 @@ class Candidate:
     ``gain`` of chi-square for white residuals; ``shift`` of every parameter, SI; ``start`` and
     ``own`` (a mapping a record) begin a fit with it. ``changes``: what it does to every record's
     readings, (q, n), weighed; empty where that is no straight line. ``companion``: a term that is
-    fitted with it, whose changes follow its own.
+    fitted with it, whose changes follow its own. ``counts``: what of the gain is foreseen to count
+    in the noise that a fit with it leaves, or all of it where no straight lines say so.
     """
 
     term: Term
@@ -43,6 +44,7 @@ class Candidate:
     own: tuple[Mapping[str, float], ...] = ()
     changes: tuple[Floats, ...] = ()
     companion: Term | None = None
+    counts: float = 0.0
 
     @property
     def terms(self) -> tuple[Term, ...]:

@@ -14,6 +14,7 @@ import numpy as np
 from motorid.estimate.effects.brush_and_heating import BENT, BRIDGE, DROP, WARMING
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import TERMS
+from motorid.estimate.selection.score_test import Candidate
 from motorid.estimate.solver.dense_products import gram
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.covariance import covariance_of
@@ -24,6 +25,17 @@ STANDS_OUT = 15.0  # of chi-square: half of what a term must promise to be fitte
 GIVES = 0.5  # of the least that a drop may be, below none
 SURELY = 4.0  # of the mean's standard deviations
 HINT = 0.5  # of what matters, that it must move some parameter by
+
+
+def largest_move(candidate: Candidate, reach: Mapping[str, float]) -> float:
+    """The largest move of a parameter that it promises, in units of what matters."""
+    shift = candidate.shift
+    return max((abs(shift.get(n, 0.0)) / limit for n, limit in reach.items()), default=0.0)
+
+
+def matters(candidate: Candidate, reach: Mapping[str, float]) -> bool:
+    """It promises to move what matters."""
+    return largest_move(candidate, reach) > HINT
 
 
 def carry_loss(records: Sequence[MotorRecord]) -> bool:

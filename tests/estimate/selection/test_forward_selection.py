@@ -15,6 +15,7 @@ from motorid.estimate.selection import forward_selection as forward
 from motorid.estimate.selection.evidence import Evidence, Price
 from motorid.estimate.selection.forward_selection import Trial
 from motorid.estimate.selection.score_test import Candidate
+from motorid.estimate.selection.trigger import largest_move, matters
 from motorid.estimate.solver.allowance import Allowance
 from tests.estimate.selection.noted_stages import noting
 
@@ -27,7 +28,7 @@ WHITE: Any = SimpleNamespace(objective=500.0)
 
 
 def candidate(term: Term, gain: float = 100.0, **shift: float) -> Candidate:
-    return Candidate(term, gain, shift, {term.size: 1.0})
+    return Candidate(term, gain, shift, {term.size: 1.0}, counts=gain)
 
 
 def trial(term: Term, moves: float = 2.0, evidence: Evidence = GOOD) -> Trial:
@@ -50,10 +51,10 @@ def test_a_term_earns_its_place_where_the_data_support_it_and_it_matters() -> No
 
 def test_a_move_counts_in_units_of_what_matters() -> None:
     one = candidate(A, R=-0.03, K=0.5, L=9.0)
-    assert forward._moves(one, REACH) == pytest.approx(0.3)
-    assert forward._moves(candidate(A), REACH) == 0.0
-    assert not forward._matters(candidate(A, R=0.05), REACH)  # half of what matters
-    assert forward._matters(candidate(A, R=0.051), REACH)
+    assert largest_move(one, REACH) == pytest.approx(0.3)
+    assert largest_move(candidate(A), REACH) == 0.0
+    assert not matters(candidate(A, R=0.05), REACH)  # half of what matters
+    assert matters(candidate(A, R=0.051), REACH)
 
 
 def test_the_search_goes_on_beside_what_earns_its_place_or_hides_others() -> None:
@@ -109,6 +110,17 @@ def test_rivals_explain_and_move_much_the_same_as_the_first() -> None:
     waiting = [candidate(A, 100.0, R=0.9), stronger, other, harmless]
     rivals, rest = forward._rivals(waiting, REACH, [D])
     assert [c.term for c in rivals] == [C, D, A]
+    assert [c.term for c in rest] == [B]
+
+
+def test_rivals_count_by_what_is_foreseen_in_the_noise_that_they_leave() -> None:
+    """One that explains more of what wanders, which white noise takes for much, waits."""
+    first, wandering = candidate(A, 600.0, R=0.9), candidate(B, 1400.0, R=0.5)
+    weaker = candidate(C, 100.0, R=0.3)
+    counts = {A: 480.0, B: 80.0, C: 250.0}
+    each = [replace(c, counts=counts[c.term]) for c in (first, wandering, weaker)]
+    rivals, rest = forward._rivals(each, REACH)
+    assert [c.term for c in rivals] == [A, C]
     assert [c.term for c in rest] == [B]
 
 

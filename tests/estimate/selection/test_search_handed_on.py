@@ -28,7 +28,7 @@ GOOD = Evidence(99.0, 1.0, 20.0, 9.0)
 
 
 def candidate(term: Any, gain: float = 100.0, **shift: float) -> Candidate:
-    return Candidate(term, gain, shift, {term.size: 1.0})
+    return Candidate(term, gain, shift, {term.size: 1.0}, counts=gain)
 
 
 # a search

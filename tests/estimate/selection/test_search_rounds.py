@@ -95,6 +95,24 @@ def test_rivals_are_all_fitted_roughly_and_judged_from_the_best_until_one_earns(
     assert search.left_out == []
 
 
+@pytest.mark.parametrize(("counts", "first"), [(49.0, "cogging"), (51.0, "direction")])
+def test_one_that_counts_less_than_half_as_much_is_judged_behind(
+    counts: float, first: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the noise that each leaves; white noise has it explain more."""
+    fits = Fits(monkeypatch, direction=(200.0, GOOD, 0.5), cogging=(300.0, GOOD, 0.5))
+    lines = (np.zeros((1, 2)),)
+    each = [
+        replace(candidate(term, 100.0, R=1.0), counts=much, changes=lines)
+        for term, much in ((A, counts), (C, 100.0))
+    ]
+    monkeypatch.setattr(forward, "_rivals", lambda waiting, *_: (list(waiting), []))
+    monkeypatch.setattr(forward, "beside", lambda *_: 100.0)
+    found, _ = rounds(monkeypatch, each)
+    assert fits.weighed == [first]
+    assert [t.earns for t in found] == [True]
+
+
 def test_a_rough_fit_that_keeps_none_of_its_promise_is_not_finished(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
