@@ -217,8 +217,7 @@ class _Search:
     def _compared(
         self, now: _Model, rivals: Sequence[Candidate], most: float
     ) -> Iterator[tuple[Fitted, Trial]]:
-        """Each roughly fitted; then wholly fitted and judged, the best of them first: of those that
-        count about as much in the noise that they leave, by their prices in white noise.
+        """Each roughly fitted; then wholly fitted and judged, the best of them first.
 
         Those that leave more than ``most`` of F keep none of their promise. None, from where the
         allowance ends.
@@ -226,8 +225,8 @@ class _Search:
         found = [(c, *self._rough(now, c, most)) for c in rivals]
         tried = [(c, b, rough) for c, b, rough in found if rough is not None]
         prices = [priced(rough, *candidate.terms) for candidate, _, rough in tried]
-        least = RIVAL * _most_counted([candidate for candidate, *_ in tried])
-        for k in sorted(in_order(prices), key=lambda k: tried[k][0].counts < least):
+        behind = _outdone([candidate for candidate, *_ in tried], self.reach)
+        for k in sorted(in_order(prices), key=behind.__getitem__):
             candidate, start, rough = tried[k]
             if rough.solution.objective > most or self.allowance.ended:
                 break
@@ -326,9 +325,14 @@ def _foretold(now: _Model, white: Solution, candidate: Candidate) -> tuple[Candi
     return replace(candidate, counts=counts), found
 
 
-def _most_counted(candidates: Sequence[Candidate]) -> float:
-    """The most that straight lines foresee of any of them."""
-    return max((c.counts for c in candidates if c.changes), default=0.0)
+def _outdone(rivals: Sequence[Candidate], reach: Mapping[str, float]) -> list[bool]:
+    """Of which another counts more than twice as much, and moves more: white noise, by which their
+    prices are, takes what wanders slowly for much.
+    """
+    told = [(c.counts, largest_move(c, reach)) for c in rivals]
+    return [
+        any(RIVAL * much > counts and far > moves for much, far in told) for counts, moves in told
+    ]
 
 
 def _stands_for(one: Candidate, other: Candidate, white: Solution) -> bool:

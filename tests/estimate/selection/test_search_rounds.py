@@ -95,19 +95,20 @@ def test_rivals_are_all_fitted_roughly_and_judged_from_the_best_until_one_earns(
     assert search.left_out == []
 
 
-@pytest.mark.parametrize(("counts", "first"), [(49.0, "cogging"), (51.0, "direction")])
-def test_one_that_counts_less_than_half_as_much_is_judged_behind(
-    counts: float, first: str, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("counts", "R", "first"),
+    [(49.0, 0.9, "cogging"), (51.0, 0.9, "direction"), (49.0, 1.1, "direction")],
+)
+def test_one_beside_which_another_counts_twice_as_much_and_moves_more_is_judged_behind(
+    counts: float, R: float, first: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In the noise that each leaves; white noise has it explain more."""
+    """In the noise that each leaves; by white noise it explains more."""
     fits = Fits(monkeypatch, direction=(200.0, GOOD, 0.5), cogging=(300.0, GOOD, 0.5))
-    lines = (np.zeros((1, 2)),)
     each = [
-        replace(candidate(term, 100.0, R=1.0), counts=much, changes=lines)
-        for term, much in ((A, counts), (C, 100.0))
+        replace(candidate(term, 100.0, R=moves), counts=much)
+        for term, much, moves in ((A, counts, R), (C, 100.0, 1.0))
     ]
     monkeypatch.setattr(forward, "_rivals", lambda waiting, *_: (list(waiting), []))
-    monkeypatch.setattr(forward, "beside", lambda *_: 100.0)
     found, _ = rounds(monkeypatch, each)
     assert fits.weighed == [first]
     assert [t.earns for t in found] == [True]
