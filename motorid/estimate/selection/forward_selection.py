@@ -93,15 +93,15 @@ def select(
     """Terms taken one by one, each the best of its round. ``values``: as ``screen``'s.
 
     ``reach``: by how much a parameter may move (SI) before it matters. ``but``: terms that are not
-    looked for; ``taken``: those that the solution has. A term that the data support
-    but that moves nothing does not end the search: the others are tried beside it, because what it
-    leaves in the residuals may hide them. It is part of the answer only if one of them is taken.
-    It goes on as far as the allowance that is open, of which the end of the last fit is kept.
+    looked for; ``taken``: those that the solution has. A term that the data support but that moves
+    nothing does not end the search: the others are tried beside it, because what it leaves in the
+    residuals may hide them. It is part of the answer only if one of them is taken and needs it. All
+    of it draws on the allowance, of which the end of the last fit is kept.
     """
     stages: list[Fitted] = []
     trials: list[Trial] = []
     unsettled: list[Unsettled] = []
-    harmless: Fitted | None = None
+    harmless, companions = None, list[Term]()
     allowance = current()
     before = allowance.kept
     now, search = _Model(records, solution, values, tuple(taken)), _Search(reach, but, allowance)
@@ -121,17 +121,20 @@ def select(
             stages.append(fitted)
             unsettled.clear()
             harmless = None
-        elif trial.evidence.supports:
-            harmless = fitted
+        else:
+            companions.append(trial.term)
+            harmless = fitted if trial.evidence.supports else harmless
         now = _Model(fitted.records, fitted.solution, fitted.values, fitted.terms, fitted.took)
     allowance.kept = before
+    if stages and companions:
+        with allowance.keeping(KEPT * stages[-1].width):
+            stages[-1] = revision.lean(stages[-1], companions, reach)
     kept = stages[-1].terms if stages else ()
     told = tuple(replace(t, taken=t.term in kept and t.goes_on) for t in trials)
     possible = [one for one in revision.possible if one.term not in kept]
     untried = [one for one in search.untried if one.term not in kept]
     half = (*unsettled, *possible, *untried)
-    left = tuple(search.left_out)
-    return Selection(tuple(stages), told, left, half, harmless, revision.left_out)
+    return Selection(tuple(stages), told, tuple(search.left_out), half, harmless, revision.left_out)
 
 
 @dataclass(frozen=True)

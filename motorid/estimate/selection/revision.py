@@ -1,5 +1,5 @@
 """A model that a term was added to, looked at again: does each of its older terms still earn its
-place, or does another one explain better what it explains?
+place, or does another one explain better what it explains? And is each of use at the end?
 
 A term that is taken first may stand in for one that shows beside it alone. Each older term is left
 out in turn, and the terms that were not taken are tried in its place.
@@ -7,7 +7,9 @@ out in turn, and the terms that were not taken are tried in its place.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+
+import numpy as np
 
 from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.model.extended_terms import TERMS, Term
@@ -31,6 +33,9 @@ SAME = 0.5  # of what a rival promises in a term's place, that it may promise be
 DECIDED = 0.5  # of what a term explains, by which another that explains more has refuted it
 TRIED = 2  # in the place of one
 SHARE = 0.5  # of what is left: the search goes on with the rest
+STILL = 1.0  # of what matters: what a companion may move that is not part of the answer
+OPENED = 0.5  # of it: what may be open besides, in standard deviations, of a parameter without it
+AGAIN = 12  # times the responses of a set of derivatives: for a fit without it
 LEAST = 3  # times the responses of a set of derivatives: with less no term is looked at
 
 
@@ -61,6 +66,25 @@ class Revision:
                     return fitted
                 if better is not None:
                     return better
+        return fitted
+
+    def lean(
+        self, fitted: Fitted, companions: Sequence[Term], reach: Mapping[str, float]
+    ) -> Fitted:
+        """The same model without those of ``companions`` that change nothing which matters: no
+        parameter by its ``reach`` (SI), and none is much less sure without them. They had their
+        use: the search looked beside them for what they hid.
+        """
+        for term in companions:
+            if term not in fitted.terms[:-1] or _moved_by(fitted, term, reach) > STILL:
+                continue
+            if not self.allowance.has(AGAIN * fitted.width):
+                break
+            self.allowance.ended = False
+            begun = _begun(fitted, _but(fitted.terms, term))
+            less = begun.nearly(begun.roughly())
+            if not self.allowance.ended and _as_good(less, fitted, reach):
+                fitted = less
         return fitted
 
     def _may_begin(self, fitted: Fitted) -> bool:
@@ -125,6 +149,35 @@ class Revision:
             if rough is not None:
                 found.append((candidate.term, begun, rough))
         return found
+
+
+def _moved_by(fitted: Fitted, term: Term, reach: Mapping[str, float]) -> float:
+    """The largest move of a parameter, in units of what matters, if the term's size were nothing:
+    by straight lines.
+    """
+    solution, k = fitted.solution, fitted.free.index(term.size)
+    covariance = solution.covariance
+    if not covariance[k, k] > 0.0:  # at a bound: it is nothing
+        return 0.0
+    follows = covariance[:, k] / covariance[k, k] * solution.slopes / solution.slopes[k]
+    moves = dict(zip(fitted.free, np.abs(follows * solution.values[k]).tolist(), strict=True))
+    return max((moves[n] / limit for n, limit in reach.items() if n in moves), default=0.0)
+
+
+def _as_good(less: Fitted, more: Fitted, reach: Mapping[str, float]) -> bool:
+    """Its terms stand, its parameters are where they were, and it is as sure of them."""
+    sizes = [
+        size_of(less.solution, less.free.index(term.size), shapes_of(less.free, term))
+        for term in less.terms
+    ]
+    moved = [abs(less.values[n] - more.values[n]) / limit for n, limit in reach.items()]
+    sure = [
+        less.deviation(n) <= np.hypot(more.deviation(n), OPENED * limit)
+        for n, limit in reach.items()
+        if n in less.free
+    ]
+    still = max(moved, default=0.0) <= STILL and all(sure)
+    return min(sizes) > SURE and still
 
 
 def _taken(prices: Sequence[Price]) -> int:

@@ -275,9 +275,15 @@ def test_for_the_end_of_a_fit_twice_is_kept_what_judging_it_took(took: int, end:
     assert forward._Model(records, solution, {}, (), took).end == end
 
 
+def needing(_: Any, fitted: Any, _companions: Any, _reach: Any) -> Any:
+    """Every term of a model is of use."""
+    return fitted
+
+
 def selected(
-    monkeypatch: pytest.MonkeyPatch, *each: Sequence[tuple[Term, float, Evidence]]
-) -> tuple[forward.Selection, list[Any]]:
+    monkeypatch: pytest.MonkeyPatch, *each: Sequence[tuple[Term, float, Evidence]],
+    lean: Any = needing,
+) -> tuple[forward.Selection, list[Any]]:  # fmt: skip
     """What is selected where the rounds give these trials; and what each was added to."""
     left, seen = list(each), []
 
@@ -286,13 +292,16 @@ def selected(
         found = []
         for term, moves, evidence in left.pop(0) if left else ():
             terms = (*now.taken, term)
-            fitted = SimpleNamespace(records=(), solution=None, values={}, terms=terms, took=0)
+            fitted = SimpleNamespace(
+                records=(), solution=None, values={}, terms=terms, took=0, width=10
+            )
             found.append((fitted, Trial(term, now.taken, evidence, moves)))
         return found
 
     monkeypatch.setattr(forward._Search, "round", one_round)
     monkeypatch.setattr(forward._Model, "width", 10)
     monkeypatch.setattr(forward.Revision, "of", lambda _, fitted: fitted)
+    monkeypatch.setattr(forward.Revision, "lean", lean)
     nothing: Any = None
     return forward.select([], nothing, {}, REACH), seen
 
@@ -314,6 +323,24 @@ def test_one_that_moves_nothing_is_part_of_the_answer_only_beside_another(
     assert alone.stages == ()
     assert not any(t.taken for t in alone.trials)
     assert seen == [(), (A,)]
+
+
+def test_the_last_model_is_looked_at_for_what_moved_nothing_and_is_of_no_use(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    seen: list[Any] = []
+
+    def lean(looked: Any, fitted: Any, companions: Any, reach: Any) -> Any:
+        seen.append((fitted.terms, list(companions), reach, looked.allowance.kept))
+        return SimpleNamespace(terms=(C,))
+
+    rounds = ([(A, 0.1, GOOD)], [(C, 3.0, GOOD)])
+    found, _ = selected(monkeypatch, *rounds, lean=lean)
+    assert [s.terms for s in found.stages] == [(C,)]
+    assert [t.taken for t in found.trials] == [False, True]
+    assert seen == [((A, C), [A], REACH, 160.0)]  # of which the end of its fit is kept
+    selected(monkeypatch, [(A, 2.0, GOOD)], lean=lean)
+    assert len(seen) == 1
 
 
 def test_what_is_supported_beyond_the_answer_is_kept_beside_it(

@@ -104,7 +104,7 @@ def selected(monkeypatch: pytest.MonkeyPatch, *rounds: list[tuple[Any, Evidence,
         def round(self, _now: Any) -> Any:
             return [
                 (SimpleNamespace(terms=(term,), values={"B": moves}, records=(), solution=None,
-                                 took=0),
+                                 took=0, width=10),
                  Trial(term, (), evidence, moves))
                 for term, evidence, moves in (left.pop(0) if left else [])
             ]  # fmt: skip
