@@ -37,7 +37,12 @@ from motorid.estimate.results.estimate import (
 )
 from motorid.estimate.results.status import Status
 from motorid.estimate.selection.extended_fit import Fitted, finished
-from motorid.estimate.selection.extended_results import alternative, findings, stands_out
+from motorid.estimate.selection.extended_results import (
+    alternative,
+    findings,
+    stands_out,
+    without_faint,
+)
 from motorid.estimate.selection.forward_selection import Selection, Trial, select
 from motorid.estimate.selection.named_terms import asked_for
 from motorid.estimate.selection.seen_effects import with_seen
@@ -302,7 +307,7 @@ def standing_out(
         fitted = finished(stage)
         found, last = findings(fitted, fix, without), fitted.terms[-1]
         if stands_out(found, last):
-            return (fitted, found), unsettled
+            return without_faint(fitted, found, fix, without, unsettled)
         if wider and last in wider[0].terms and stands_out(wider[1], last):
             return wider, unsettled[:-1]
         unsettled.append(Unsettled(last, fitted.values))

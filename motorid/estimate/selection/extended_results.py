@@ -15,10 +15,12 @@ from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import ADDED, Term
 from motorid.estimate.results.estimate import Alternative, ChannelFit, Parameter, TermTrial
 from motorid.estimate.results.status import Status
-from motorid.estimate.selection import measurands
+from motorid.estimate.selection import measurands, revision
 from motorid.estimate.selection.evidence import deviation_at, shapes_of
-from motorid.estimate.selection.extended_fit import Fitted
+from motorid.estimate.selection.extended_fit import Fitted, finished
 from motorid.estimate.selection.trigger import ALLOWED
+from motorid.estimate.selection.unsettled_models import Unsettled
+from motorid.estimate.solver.allowance import current
 from motorid.estimate.solver.dense_products import square
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty import budget, errors_in_variables, intervals
@@ -65,6 +67,26 @@ def stands_out(found: Findings, term: Term) -> bool:
     total = found.statistical.covariance + known
     size = 1.0 if found.solution.unknowns[k].log else abs(float(found.solution.values[k]))
     return size > needed * deviation_at(total, k, shapes_of(found.names, term))
+
+
+def without_faint(
+    fitted: Fitted,
+    found: Findings,
+    fix: Mapping[str, float],
+    without: Sequence[str],
+    unsettled: Sequence[Unsettled],
+) -> tuple[tuple[Fitted, Findings], Sequence[Unsettled]]:
+    """The model without its older terms that do not stand out, if all others do: those may be there
+    and are not offered. As it is, where no room is left.
+    """
+    faint = [term for term in fitted.terms[:-1] if not stands_out(found, term)]
+    if faint and current().has(revision.AGAIN * fitted.width):
+        less = finished(revision.without(fitted, faint))
+        others = findings(less, fix, without)
+        if less.settled >= fitted.settled and all(stands_out(others, term) for term in less.terms):
+            half = [Unsettled(term, fitted.values) for term in faint]
+            return (less, others), [*unsettled, *half]
+    return (fitted, found), unsettled
 
 
 def parameters(found: Findings, fitted: Fitted) -> dict[str, Parameter]:

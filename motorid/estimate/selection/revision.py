@@ -81,8 +81,7 @@ class Revision:
             if not self.allowance.has(AGAIN * fitted.width):
                 break
             self.allowance.ended = False
-            begun = _begun(fitted, _but(fitted.terms, term))
-            less = begun.nearly(begun.roughly())
+            less = without(fitted, [term])
             if not self.allowance.ended and _as_good(less, fitted, reach):
                 fitted = less
         return fitted
@@ -104,9 +103,8 @@ class Revision:
             rest = _but(fitted.terms, term)
             found = weigh(fitted, rest, fitted.solution, term)
             if not (found.supports or self.allowance.ended):
-                begun = _begun(fitted, rest)
-                without = begun.nearly(begun.roughly())
-                fitted = fitted if self.allowance.ended else without
+                less = without(fitted, [term])
+                fitted = fitted if self.allowance.ended else less
         return fitted
 
     def _in_white_noise(self, fitted: Fitted) -> Fitted | None:
@@ -149,6 +147,12 @@ class Revision:
             if rough is not None:
                 found.append((candidate.term, begun, rough))
         return found
+
+
+def without(fitted: Fitted, terms: Sequence[Term]) -> Fitted:
+    """The same model without some of its terms, near enough to be judged."""
+    begun = _begun(fitted, tuple(t for t in fitted.terms if t not in terms))
+    return begun.nearly(begun.roughly())
 
 
 def _moved_by(fitted: Fitted, term: Term, reach: Mapping[str, float]) -> float:

@@ -133,6 +133,7 @@ def test_of_the_stages_the_widest_counts_whose_last_term_stands_out(
     first, second = (Unsettled(s.terms[-1], s.values) for s in stages)
     assert entry.standing_out(chosen, {}, ()) == ((stages[0], 1), [before, second])
     monkeypatch.setattr(entry, "stands_out", lambda _, term: True)
+    monkeypatch.setattr(entry, "without_faint", lambda fit, of, _f, _w, half: ((fit, of), half))
     assert entry.standing_out(chosen, {}, ()) == ((stages[1], 2), [before])
     monkeypatch.setattr(entry, "stands_out", lambda *_: False)
     assert entry.standing_out(chosen, {}, ()) == (None, [before, second, first])

@@ -1,4 +1,4 @@
-"""Terms that moved nothing when they were taken, looked at once more when the search has ended."""
+"""Terms of the last model that are of no use, or do not stand out, when the search has ended."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from motorid.estimate.model.extended_terms import TERMS, Term
-from motorid.estimate.selection import revision
+from motorid.estimate.selection import extended_results, revision
 from motorid.estimate.selection.evidence import SURE
 from motorid.estimate.selection.revision import Revision
+from motorid.estimate.selection.unsettled_models import Unsettled
 from motorid.estimate.solver.allowance import Allowance
 
 SIDED, LOAD = TERMS["direction"], TERMS["quadratic-load"]
@@ -121,3 +122,44 @@ def test_a_size_at_its_bound_moves_nothing(monkeypatch: pytest.MonkeyPatch) -> N
     fitted: Any = Fit(SIDED, LOAD)
     fitted.solution.covariance[1, 1] = 0.0
     assert revision._moved_by(fitted, SIDED, REACH) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("faint", "most", "settled", "others", "goes"),
+    [
+        (True, 24.0, True, True, True), (False, 24.0, True, True, False),
+        (True, 23.9, True, True, False), (True, 24.0, False, True, False),
+        (True, 24.0, True, False, False),
+    ],
+)  # fmt: skip
+def test_an_older_term_that_does_not_stand_out_is_not_offered_but_stays_possible(
+    faint: bool, most: float, settled: bool, others: bool, goes: bool,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    """If the others do, in a fit that has room for its end."""
+    whole: Any = Fit(SIDED, LOAD)
+    less: Any = Fit(LOAD)
+    whole.settled, less.settled = True, settled
+    asked: list[Any] = []
+    monkeypatch.setattr(extended_results, "current", lambda: Allowance(most=most))
+    monkeypatch.setattr(extended_results, "finished", lambda fitted: fitted)
+    monkeypatch.setattr(extended_results, "findings", lambda *of: of)
+    monkeypatch.setattr(extended_results.revision, "without", lambda *of: asked.append(of) or less)
+    monkeypatch.setattr(
+        extended_results, "stands_out", lambda of, _: not faint if of == "whole" else others
+    )
+    before = Unsettled(TERMS["cogging"], {"R": 9.0})
+    found, half = extended_results.without_faint(
+        whole,
+        "whole",
+        {},
+        (),
+        [before],  # type: ignore[arg-type]
+    )
+    if goes:
+        assert asked == [(whole, [SIDED])]
+        assert found == (less, (less, {}, ()))
+        assert half == [before, Unsettled(SIDED, whole.values)]
+    else:
+        assert found == (whole, "whole")
+        assert half == [before]
