@@ -144,18 +144,18 @@ def test_an_older_term_that_does_not_stand_out_is_not_offered_but_stays_possible
     monkeypatch.setattr(extended_results, "current", lambda: Allowance(most=most))
     monkeypatch.setattr(extended_results, "finished", lambda fitted: fitted)
     monkeypatch.setattr(extended_results, "findings", lambda *of: of)
-    monkeypatch.setattr(extended_results.revision, "without", lambda *of: asked.append(of) or less)
+
+    def left(*of: Any) -> Any:
+        asked.append(of)
+        return less
+
+    monkeypatch.setattr(revision, "without", left)
     monkeypatch.setattr(
         extended_results, "stands_out", lambda of, _: not faint if of == "whole" else others
     )
     before = Unsettled(TERMS["cogging"], {"R": 9.0})
-    found, half = extended_results.without_faint(
-        whole,
-        "whole",
-        {},
-        (),
-        [before],  # type: ignore[arg-type]
-    )
+    looked: Any = extended_results.without_faint
+    found, half = looked(whole, "whole", {}, (), [before])
     if goes:
         assert asked == [(whole, [SIDED])]
         assert found == (less, (less, {}, ()))
