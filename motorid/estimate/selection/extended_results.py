@@ -33,6 +33,7 @@ Floats = NDArray[np.float64]
 UNTOLD = "these data do not determine it"
 SHARE, HEATED = "J2_share", "per_C_w"  # searched, and shown as what is known by other names
 CAPACITY = "C_w"
+ROOM = 36  # times the responses of a set of derivatives: for another fit and its end
 EXPECTED = 3.0  # total uncertainties, of a size of what every brushed motor has
 SEARCHED = 4.0  # the same of what a motor may have: a dozen terms are tried beside faults unstated
 
@@ -80,7 +81,7 @@ def without_faint(
     and are not offered. As it is, where no room is left.
     """
     faint = [term for term in fitted.terms[:-1] if not stands_out(found, term)]
-    if faint and current().has(revision.AGAIN * fitted.width):
+    if faint and current().has(ROOM * fitted.width):
         less = finished(revision.without(fitted, faint))
         others = findings(less, fix, without)
         if less.settled >= fitted.settled and all(stands_out(others, term) for term in less.terms):

@@ -127,9 +127,9 @@ def test_a_size_at_its_bound_moves_nothing(monkeypatch: pytest.MonkeyPatch) -> N
 @pytest.mark.parametrize(
     ("faint", "most", "settled", "others", "goes"),
     [
-        (True, 24.0, True, True, True), (False, 24.0, True, True, False),
-        (True, 23.9, True, True, False), (True, 24.0, False, True, False),
-        (True, 24.0, True, False, False),
+        (True, 72.0, True, True, True), (False, 72.0, True, True, False),
+        (True, 71.9, True, True, False), (True, 72.0, False, True, False),
+        (True, 72.0, True, False, False),
     ],
 )  # fmt: skip
 def test_an_older_term_that_does_not_stand_out_is_not_offered_but_stays_possible(
