@@ -5,8 +5,8 @@ sizes a record, of the cosine and of the sine, each with the friction at the hig
 as its standard deviation before any data. D are the readings' changes by one of them, cleared of
 what parameters and nuisances explain, r the residuals, and M = 1 + D'D. An order's weight is its
 marginal likelihood, exp(r'D M^-1 D'r/2)/sqrt(det M) (MacKay, Information Theory, Inference, and
-Learning Algorithms, 2003, ch. 28). Given an order, the sizes are M^-1 D'r with the covariance M^-1. The
-parameters follow by straight lines: their second moment about the fit without cogging, over all
+Learning Algorithms, 2003, ch. 28). Given an order, the sizes are M^-1 D'r with the covariance M^-1.
+The parameters follow by straight lines: their second moment about the fit without cogging, over all
 orders, is the line of the budget.
 """
 

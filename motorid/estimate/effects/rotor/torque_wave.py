@@ -72,8 +72,8 @@ class Run:
         return np.real(step), np.real(gain)
 
     def _motions(self) -> Iterator[tuple[int, int, float]]:
-        """From one tick to another of one way or of a stand, and what of a change of the speed lives
-        on into it.
+        """From one tick to another of one way or of a stand, and what of a change of the speed
+        lives on into it.
         """
         signs = np.sign(self.speed)
         edges = np.flatnonzero(np.diff(signs)) + 1
