@@ -35,9 +35,10 @@ class Unexplained:
 
     The back-EMF of an open bridge is compared with the voltage that drove the motor.
 
-    ``share`` counts all of them, of a speed their means where those leave less; ``beyond`` what is more than twice the noise that the channel
-    declares, or else than the noise that neighbours show. ``declared``: that noise is as large as
-    the residuals. ``made``: the mean square of what the model makes, as such a share.
+    ``share`` counts all of them, of a speed their means where those leave less; ``beyond`` what is
+    more than twice the noise that the channel declares, or else than the noise that neighbours
+    show. ``declared``: that noise is as large as the residuals. ``made``: the mean square of what
+    the model makes, as such a share.
     """
 
     channel: str
