@@ -105,7 +105,7 @@ def _answer(
 ) -> tuple[Estimate, Sequence[MotorRecord], Solution]:
     """The estimate, and the fit of the last model in it."""
     terms = () if model in (AUTO, SIX) else parse(model)
-    captures, records, solution = _closed(captures, fix, without, wider=model != SIX)
+    captures, records, solution = _closed(captures, fix, without, model != SIX)
     estimate, records, known = answered(captures, records, solution, fix, without)
     solution = known.solution
     K = estimate.parameters["K"].status
@@ -113,12 +113,8 @@ def _answer(
         return estimate, records, solution
     if model == SIX or (K.unknown and not terms):  # a wider model would know K even less
         return estimate, records, solution
-    if not terms and any(record.outlying for record in records):
-        return (
-            estimate,
-            records,
-            solution,
-        )  # any term is welcome that explains a few readings far off
+    if not terms and _outlying(records):
+        return estimate, records, solution
     held = held_values(fix, without)
     if terms:
         narrow = _narrow(records, solution, merged(held, solution), held, terms)
@@ -145,8 +141,16 @@ def _answer(
     return with_seen(estimate, widest), fitted.records, fitted.solution
 
 
+def _outlying(records: Sequence[MotorRecord]) -> bool:
+    """A few readings lie far off: any term is welcome that explains them."""
+    return any(record.outlying for record in records)
+
+
 def _closed(
-    captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence[str], wider: bool
+    captures: Sequence[Capture],
+    fix: Mapping[str, float],
+    without: Sequence[str],
+    wider: bool = False,
 ) -> tuple[Sequence[Capture], Sequence[MotorRecord], Solution]:
     """Captures and their fit: logs as they are, or without the stretches in which their bridge was
     open, where a motor that was connected throughout does not fit.
@@ -175,9 +179,8 @@ def _solved(
 ) -> tuple[Fit, bool]:
     """Their fit, and whether an effect of the motor took the place of lags and low-passes."""
     found = joint_fit.solved(captures, fix, without)
-    if not wider:
-        return found, False
-    other = motor_or_chain.likelier(captures, found, held_values(fix, without))
+    held = held_values(fix, without)
+    other = motor_or_chain.likelier(captures, found, held) if wider else found
     return other, other is not found
 
 
@@ -363,11 +366,6 @@ def _with_trials(estimate: Estimate, trials: Sequence[TermTrial]) -> Estimate:
     return replace(estimate, diagnostics=(*estimate.diagnostics, said))
 
 
-def _is_allowed_for(terms: Sequence[Term]) -> bool:
-    """The six-parameter fit has unknowns of its own for what these describe."""
-    return set(terms) <= set(ALLOWED)
-
-
 def _said_of(allowed: bool, harmless: bool) -> str:
     """What lacking its terms means for the six parameters."""
     if harmless:
@@ -383,7 +381,7 @@ def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
     if better.asked:
         said = Diagnostic("model_asked", "info", f"beside it, as asked: a model with {what}")
     else:
-        allowed = _is_allowed_for(fitted.terms)
+        allowed = set(fitted.terms) <= set(ALLOWED)  # the six have unknowns for these
         biased = excluded(estimate, better, but=OWN) if allowed else estimate.parameters
         names = excluded(estimate, better) if allowed and biased else biased
         found = covering(estimate, better, names)

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.estimate.effects import scales
 from motorid.estimate.effects.rotor.cogging import friction
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.solver.autoregression import inflation
@@ -79,8 +80,8 @@ def shifts(records: Sequence[MotorRecord], solution: Solution) -> list[Floats]:
 
 
 def _are_logs(records: Sequence[MotorRecord]) -> bool:
-    """Of which nobody states what drove the motor between their rows."""
-    return all(r.sensed.waveform is not None for r in records)
+    """Of which nobody states what drove the motor between their rows; with a motion."""
+    return all(r.sensed.waveform is not None and scales.moving(r) is not None for r in records)
 
 
 def _lines(
