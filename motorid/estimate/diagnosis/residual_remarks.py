@@ -12,7 +12,7 @@ from motorid.estimate.effects.reading.smoothing import hidden_noise
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Diagnostic
 from motorid.estimate.signals.measurements import EMF, Measured
-from motorid.estimate.signals.neighbour_noise import neighbour_noise
+from motorid.estimate.signals.neighbour_noise import counting_noise, neighbour_noise
 from motorid.estimate.signals.time_grid import IRREGULAR
 from motorid.estimate.solver.autoregression import autocovariance
 from motorid.estimate.solver.dense_products import square
@@ -49,7 +49,8 @@ def lacking(record: MotorRecord, m: Measured, residual: Floats, driven: float = 
     if record.sensed.waveform is None or record.timeline.jitter > IRREGULAR:
         return 0.0
     hidden = np.sqrt(hidden_noise(record.instances, record.unknowns, m.block.name, ORDER))
-    between = max(neighbour_noise(residual, ORDER) * hidden, m.resolution / np.sqrt(12.0))
+    rounded = max(m.resolution / np.sqrt(12.0), counting_noise(m.values))
+    between = max(neighbour_noise(residual, ORDER) * hidden, rounded)
     between = np.hypot(between, np.sqrt(driven))
     least = max(OF_NEIGHBOURS * between, VISIBLE * float(np.ptp(m.values)))
     return float(sigma / between) if between > 0.0 and sigma > least else 0.0

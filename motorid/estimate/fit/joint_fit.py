@@ -53,14 +53,27 @@ def solved(
         return records, solution  # no colour of the noise explains so much
     if logged:
         records, solution = log_grid.settled((records, solution), free, start, fixed)
+    solution = ended(records, solution, free, start)
+    known = merged(start, solution)
+    return subsample_inductance.told(records, free, fixed, known, solution) or (records, solution)
+
+
+def ended(
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    free: Sequence[str],
+    start: Mapping[str, float],
+) -> Solution:
+    """A search in white noise carried to its end: with what repeats, in the noise that it shows."""
+    logged = any(record.sensed.waveform for record in records)
+    if logged:
         solution = _with_other_friction(records, solution, free, start)
     solution = with_repeated(records, free, start, solution)
     solution = whitened(records, free, merged(start, solution), solution)
-    if logged:
-        fine = again(records, free, start, solution, FINE, most=FINE_STEPS)
-        solution = replace(fine, converged=solution.converged or fine.converged)
-    known = merged(start, solution)
-    return subsample_inductance.told(records, free, fixed, known, solution) or (records, solution)
+    if not logged:
+        return solution
+    fine = again(records, free, start, solution, FINE, most=FINE_STEPS)
+    return replace(fine, converged=solution.converged or fine.converged)
 
 
 def _begun(

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, POSITION
+from motorid.capture.model import CURRENT, POSITION, SPEED
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.measurements import EMF, Measured
 from motorid.estimate.signals.time_grid import IRREGULAR
@@ -25,6 +25,7 @@ CONTRADICTED = 0.25  # share beyond noise, above which no model of a motor expla
 UNSEEN = {CURRENT: 0.9}  # share, noise and all, above which a channel shows nothing of the motor,
 UNSEEN_MOTION = 0.5  # and the same of a motion, where the model has one
 NO_MOTION = 1e-3  # share of the readings that the model makes: less is a rotor at rest
+AVERAGED = 16  # readings of a speed: one of counts is none or too much at each by itself
 DECLARED = 2.0  # times the declared noise: what that explains is no contradiction
 
 
@@ -34,9 +35,10 @@ class Unexplained:
 
     The back-EMF of an open bridge is compared with the voltage that drove the motor.
 
-    ``share`` counts all of them, ``beyond`` what is more than twice the noise that the channel
-    declares, or else than the noise that neighbours show. ``declared``: that noise is as large as
-    the residuals. ``made``: the mean square of what the model makes, as such a share.
+    ``share`` counts all of them, of a speed their means where those leave less; ``beyond`` what is
+    more than twice the noise that the channel declares, or else than the noise that neighbours
+    show. ``declared``: that noise is as large as the residuals. ``made``: the mean square of what
+    the model makes, as such a share.
     """
 
     channel: str
@@ -64,7 +66,7 @@ def unexplained(records: Sequence[MotorRecord], solution: Solution) -> list[Unex
         left = record.departures(solution.values, own)
         for m, residual in zip(record.measured, left, strict=True):
             name = m.block.name
-            sums[name] = sums.get(name, np.zeros(5)) + _sums(record, m, residual)
+            sums[name] = sums.get(name, np.zeros(7)) + _sums(record, m, residual)
     return [_of(name, *found.tolist()) for name, found in sums.items()]
 
 
@@ -80,7 +82,9 @@ def unsupported(records: Sequence[MotorRecord], solution: Solution) -> Unexplain
 
 
 def _sums(record: MotorRecord, m: Measured, residual: Floats) -> Floats:
-    """Of squares: readings, residuals, their noise, what is declared of that, what is made."""
+    """Of squares: readings, residuals, their noise, what is declared of that, what is made; then
+    readings and residuals of means.
+    """
     made = m.values - residual
     shown = m.values
     if m.block.name == POSITION:  # which has no zero of its own
@@ -91,13 +95,26 @@ def _sums(record: MotorRecord, m: Measured, residual: Floats) -> Floats:
         whole = max(whole, float(np.mean(record.volts[record.driven] ** 2)) * count)
     declared = max(m.noise, m.resolution / np.sqrt(12.0)) ** 2 * count
     noise = DECLARED**2 * declared if m.noise > 0.0 else square(np.diff(residual)) / 2.0
-    return np.array([whole, square(residual), noise, declared, square(made)])
+    means = square(_means(shown)), square(_means(residual))
+    return np.array([whole, square(residual), noise, declared, square(made), *means])
+
+
+def _means(series: Floats) -> Floats:
+    """Of as many neighbours each; of fewer than two times those, the series itself."""
+    if len(series) < 2 * AVERAGED:
+        return series
+    whole = len(series) // AVERAGED * AVERAGED
+    return np.asarray(series[:whole].reshape(-1, AVERAGED).mean(axis=1))
 
 
 def _of(
-    name: str, whole: float, left: float, noise: float, declared: float, made: float
-) -> Unexplained:
+    name: str, whole: float, left: float, noise: float, declared: float, made: float,
+    shown: float, missed: float,
+) -> Unexplained:  # fmt: skip
     if not whole > 0.0:
         return Unexplained(name, 0.0, 0.0, declared=True)
     beyond = max(left - max(noise, declared), 0.0) / whole
-    return Unexplained(name, left / whole, beyond, left <= DECLARED**2 * declared, made / whole)
+    share = left / whole
+    if name == SPEED and shown > 0.0:
+        share = min(share, missed / shown)
+    return Unexplained(name, share, beyond, left <= DECLARED**2 * declared, made / whole)

@@ -21,6 +21,7 @@ from motorid.estimate.diagnosis.faults import spikes
 from motorid.estimate.effects.brush_and_heating import lossless, undropped
 from motorid.estimate.fit import joint_fit, multistart, sign_check
 from motorid.estimate.fit.alternating_fit import vanished, with_inductance
+from motorid.estimate.fit.logs.log_unknowns import Fit
 from motorid.estimate.fit.parameter_bounds import held_values, merged, searched
 from motorid.estimate.fit.repeating import is_heavy, repeat_as
 from motorid.estimate.model.capture_model import MotorRecord
@@ -44,6 +45,7 @@ from motorid.estimate.selection.extended_results import (
     without_faint,
 )
 from motorid.estimate.selection.forward_selection import Selection, Trial, select
+from motorid.estimate.selection.logs import motor_or_chain
 from motorid.estimate.selection.named_terms import asked_for
 from motorid.estimate.selection.seen_effects import with_seen
 from motorid.estimate.selection.trigger import ALLOWED, carry_loss, drop_gives, loss_stands_out
@@ -108,7 +110,7 @@ def _answer(
 ) -> tuple[Estimate, Sequence[MotorRecord], Solution]:
     """The estimate, and the fit of the last model in it."""
     terms = () if model in (AUTO, SIX) else parse(model)
-    captures, records, solution = _closed(captures, fix, without)
+    captures, records, solution = _closed(captures, fix, without, model != SIX)
     estimate, records, known = answered(captures, records, solution, fix, without)
     solution = known.solution
     K = estimate.parameters["K"].status
@@ -150,28 +152,41 @@ def _outlying(records: Sequence[MotorRecord]) -> bool:
 
 
 def _closed(
-    captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence[str]
+    captures: Sequence[Capture],
+    fix: Mapping[str, float],
+    without: Sequence[str],
+    wider: bool = False,
 ) -> tuple[Sequence[Capture], Sequence[MotorRecord], Solution]:
     """Captures and their fit: logs as they are, or without the stretches in which their bridge was
     open, where a motor that was connected throughout does not fit.
 
-    A current that comes late, or passes through zero, looks like an open bridge too: whichever fit
-    leaves less to explain is the answer.
+    A late current, or one through zero, looks like that too: whichever fit leaves less to explain
+    is the answer. ``wider``: an effect of the motor that looks like it is asked first.
     """
     whole, cut = unbroken(captures), pieces(captures)
-    if len(whole) != len(cut) or sum(map(len, whole)) != sum(map(len, cut)):
-        try:
-            records, solution = joint_fit.solved(whole, fix, without)
-        except DataError:  # neither a sign nor a start that suits: what is left may have one
-            return cut, *joint_fit.solved(cut, fix, without)
-        left = misfit.of_fit(records, solution)
-        if left < _least_left(whole, cut, records):
-            return whole, records, solution
-        others, other = joint_fit.solved(cut, fix, without)
-        if left < misfit.of_fit(others, other):
-            return whole, records, solution
-        return cut, others, other
-    return cut, *joint_fit.solved(cut, fix, without)
+    if [len(one) for one in whole] == [len(one) for one in cut]:
+        return cut, *_solved(cut, fix, without, wider)[0]
+    try:
+        (records, solution), of_motor = _solved(whole, fix, without, wider)
+    except DataError:  # neither a sign nor a start that suits: what is left may have one
+        return cut, *_solved(cut, fix, without, wider)[0]
+    left = misfit.of_fit(records, solution)
+    if of_motor or left < _least_left(whole, cut, records):
+        return whole, records, solution
+    (others, other), _ = _solved(cut, fix, without, wider)
+    if left < misfit.of_fit(others, other):
+        return whole, records, solution
+    return cut, others, other
+
+
+def _solved(
+    captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence[str], wider: bool
+) -> tuple[Fit, bool]:
+    """Their fit, and whether an effect of the motor took the place of lags and low-passes."""
+    found = joint_fit.solved(captures, fix, without)
+    held = held_values(fix, without)
+    other = motor_or_chain.likelier(captures, found, held) if wider else found
+    return other, other is not found
 
 
 def _least_left(
@@ -356,11 +371,6 @@ def _with_trials(estimate: Estimate, trials: Sequence[TermTrial]) -> Estimate:
     return replace(estimate, diagnostics=(*estimate.diagnostics, said))
 
 
-def _is_allowed_for(terms: Sequence[Term]) -> bool:
-    """The six-parameter fit has unknowns of its own for what these describe."""
-    return set(terms) <= set(ALLOWED)
-
-
 def _said_of(allowed: bool, harmless: bool) -> str:
     """What lacking its terms means for the six parameters."""
     if harmless:
@@ -376,7 +386,7 @@ def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
     if better.asked:
         said = Diagnostic("model_asked", "info", f"beside it, as asked: a model with {what}")
     else:
-        allowed = _is_allowed_for(fitted.terms)
+        allowed = set(fitted.terms) <= set(ALLOWED)  # the six have unknowns for these
         biased = excluded(estimate, better, but=OWN) if allowed else estimate.parameters
         names = excluded(estimate, better) if allowed and biased else biased
         found = covering(estimate, better, names)

@@ -93,7 +93,7 @@ def weigh(wider: Fitted, narrower: Sequence[Term], before: Solution, added: Term
     """The evidence for ``added`` over the terms ``narrower``, whose own fit was ``before``."""
     null = _nested(wider, narrower, before)
     own = sum(len(a) - len(b) for a, b in zip(wider.solution.own, null.solution.own, strict=True))
-    more = len(wider.free) - len(null.free) + own
+    more = len(wider.free) - len(null.free) + own + bool(added.per_turn)  # a count is an unknown
     found = evidence(wider.solution, null.solution, more)
     k = wider.free.index(added.size)
     size, held = size_of(wider.solution, k), list[int]()

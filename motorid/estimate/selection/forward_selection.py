@@ -246,15 +246,15 @@ class _Search:
             yield fitted, Trial(candidate.term, older, evidence, max(moves, default=0.0))
 
     def _rough(self, now: _Model, candidate: Candidate, most: float) -> tuple[Begun, Fitted | None]:
-        """A rough fit from where straight lines see it; where that leaves more than ``most``, from
-        little of the term beside what is known, which a search can only improve.
+        """A rough fit from where straight lines see it, of the count a turn that fits best; where
+        that leaves more than ``most``, from little of the term beside what is known, which a search
+        can only improve.
         """
-        for one in (candidate, _little(candidate)):
-            begun = _begun(now, one)
-            rough = begun.followed()
-            if rough is not None and rough.solution.objective <= most:
-                break
-        return begun, rough
+        fits = [_followed(now, one) for one in (candidate, *candidate.alike)]
+        begun, rough = min(fits, key=lambda fit: _left(fit[1]))
+        if _left(rough) <= most:
+            return begun, rough
+        return _followed(now, _little(candidate))
 
 
 def _hides(trial: Trial, waiting: Sequence[Candidate]) -> bool:
@@ -387,6 +387,16 @@ def _little(candidate: Candidate) -> Candidate:
     size = candidate.term.size
     start = {**candidate.start, size: LITTLE * candidate.start[size]}
     return replace(candidate, start=start, shift={})
+
+
+def _followed(now: _Model, candidate: Candidate) -> tuple[Begun, Fitted | None]:
+    begun = _begun(now, candidate)
+    return begun, begun.followed()
+
+
+def _left(rough: Fitted | None) -> float:
+    """F of a rough fit; infinite of none."""
+    return np.inf if rough is None else rough.solution.objective
 
 
 def _begun(now: _Model, candidate: Candidate) -> Begun:

@@ -15,6 +15,7 @@ from motorid.estimate.model.extended_capture_model import WideRecord
 from motorid.estimate.model.extended_terms import ADDED, TERMS, Term
 from motorid.estimate.selection.extended_fit import scales_of
 from motorid.estimate.solver.problem import Solution
+from motorid.estimate.uncertainty.cogging_of_logs import strongest
 
 Floats = NDArray[np.float64]
 
@@ -29,6 +30,7 @@ class Probe:
     def __init__(
         self, records: Sequence[MotorRecord], solution: Solution, values: Mapping[str, float]
     ) -> None:
+        self._solution = solution
         self.names = tuple(u.name for u in solution.unknowns)
         self.scales = scales_of(records, values)
         self._free = (*self.names, *(n for n in ADDED if n not in self.names))
@@ -76,7 +78,8 @@ class Probe:
     def shapes(self, term: Term) -> Iterator[dict[str, float]]:
         """What to try for the parameters that mean nothing while the size is 0."""
         if term.per_turn:
-            for count in self._counts:
+            more = self._kicks if term.name == "cogging" else []
+            for count in dict.fromkeys([*self._counts, *more]):
                 yield {term.per_turn: float(count)}
             return
         names = list(term.shapes)
@@ -115,6 +118,12 @@ class Probe:
         most = max(float(np.abs(step).max()) for step in steps)
         ends = [float(end) for step in steps for end in (step.min(), step.max())]
         return [end if abs(end) > BACKWARDS * most else 0.0 for end in ends]
+
+    @cached_property
+    def _kicks(self) -> list[int]:
+        """How often a turn cogging would repeat that explains the starts and turns of logs best."""
+        vectors = [self._vectors(k, {}, {}) for k in range(len(self.records))]
+        return strongest(self.records, vectors, self._solution)
 
     @cached_property
     def _counts(self) -> list[int]:

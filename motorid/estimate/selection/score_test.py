@@ -8,7 +8,7 @@ the term would move the parameters by -H⁻¹ Xᵀ D (DᵀD)⁻¹ g. Nothing is 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from motorid.estimate.uncertainty.covariance import covariance_of
 Floats = NDArray[np.float64]
 
 LEAST = 1e-6  # of a column's square that parameters must leave for it to be told apart
+ALIKE, MOST_ALIKE = 0.9, 2  # of the best count's gain, from which another may be the true one
 SCREENED = tuple(name for name in TERMS if name != "two-masses")  # that has no size nothing
 
 
@@ -34,7 +35,8 @@ class Candidate:
     ``own`` (a mapping a record) begin a fit with it. ``changes``: what it does to every record's
     readings, (q, n), weighed; empty where that is no straight line. ``companion``: a term that is
     fitted with it, whose changes follow its own. ``counts``: what of the gain is foreseen to count
-    in the noise that a fit with it leaves, or all of it where no straight lines say so.
+    in the noise that a fit with it leaves, or all of it where no straight lines say so. ``alike``:
+    the same term of other counts a turn, that promise hardly less.
     """
 
     term: Term
@@ -45,6 +47,7 @@ class Candidate:
     changes: tuple[Floats, ...] = ()
     companion: Term | None = None
     counts: float = 0.0
+    alike: tuple[Candidate, ...] = ()
 
     @property
     def terms(self) -> tuple[Term, ...]:
@@ -84,12 +87,18 @@ def screen(
     probe = Probe(records, solution, values)
     tried = everything(probe, [TERMS[name] for name in terms if TERMS[name] not in taken])
     test = _Test(probe, solution)
-    best: dict[str, Candidate] = {}
-    for candidate in test.all(tried):
-        name = candidate.term.name
-        if name not in best or candidate.gain > best[name].gain:
-            best[name] = candidate
-    return sorted(best.values(), key=lambda c: -c.gain)
+    best: dict[str, list[Candidate]] = {}
+    for candidate in sorted(test.all(tried), key=lambda c: -c.gain):
+        best.setdefault(candidate.term.name, []).append(candidate)
+    return sorted((_with_alike(*found) for found in best.values()), key=lambda c: -c.gain)
+
+
+def _with_alike(first: Candidate, *others: Candidate) -> Candidate:
+    """The best of a term; counts a turn that explain hardly less are fitted beside it."""
+    if not first.term.per_turn:
+        return first
+    near = [one for one in others if one.gain > ALIKE * first.gain]
+    return replace(first, alike=tuple(near[:MOST_ALIKE]))
 
 
 def everything(probe: Probe, terms: Sequence[Term]) -> list[Tried]:

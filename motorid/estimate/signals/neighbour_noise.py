@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 HALF_BELOW = 0.6745  # standard deviations within which half of normal readings lie
+LEVELS = 8  # of readings that are counts: a converter, or a channel that is held, has more
 CLIP = 3.9  # standard deviations beyond which a difference is no noise; of no count a whole number
 
 
@@ -36,6 +37,20 @@ def of_differences(left: Floats, order: int, step: float = 0.0) -> Floats:
     squares = np.where(kept, sizes, 0.0) ** 2
     mean = squares.sum(axis=-1) / np.maximum(kept.sum(axis=-1), 1)
     return np.asarray(np.sqrt(mean / math.comb(2 * order, order)))
+
+
+def counting_noise(values: Floats) -> float:
+    """Standard deviation at most of readings (n,) that are whole counts of few levels, as of a
+    speed by the counts since the reading before; 0 of others.
+
+    Most neighbours agree there, and differences say nothing. One that is a count more or less by
+    chance scatters by half of a count (Bernoulli).
+    """
+    jumps = np.abs(np.diff(values))
+    jumps = jumps[jumps > 0.0]
+    if not 0 < len(jumps) < len(values) / 2 or len(np.unique(values)) > LEVELS:
+        return 0.0
+    return float(np.median(jumps)) / 2.0
 
 
 def running_median(values: Floats, side: int) -> Floats:

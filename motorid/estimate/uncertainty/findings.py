@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.estimate.effects.rotor.cogging import COGGING
 from motorid.estimate.effects.source.voltage_noise import VOLTAGE_NOISE
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.program_parts import by_part
@@ -14,6 +15,7 @@ from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty import (
     bent_valley,
     budget,
+    cogging_of_logs,
     errors_in_variables,
     log_scatter,
     profile_likelihood,
@@ -70,6 +72,7 @@ def scattered(
     hidden = {
         VOLTAGE_NOISE.name: errors_in_variables.shifts(unseen),
         SCATTER: log_scatter.shifts(solution, records),
+        COGGING.name: cogging_of_logs.shifts(records, solution),
         budget.BENT: bent,
         budget.UNEVEN: uneven_residuals.of_captures(solution, records),
         budget.UNSTATED: [shift for record in records for shift in record.left_open],

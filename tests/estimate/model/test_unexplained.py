@@ -144,3 +144,15 @@ def test_runs_of_a_channel_count_together() -> None:
     assert found.made == pytest.approx(made)
     runs[1].measured[0].block.name = SPEED
     assert [one.channel for one in unexplained.unexplained(runs, solution)] == [CURRENT, SPEED]
+
+
+def test_a_speed_of_counts_is_judged_by_means() -> None:
+    """Most readings are none and some a whole count: each by itself shows little of the motor."""
+    rng = np.random.default_rng(2)
+    likely = 0.2 + 0.1 * np.sin(np.linspace(0, 20, 4000))  # of a count in a reading
+    counts = (rng.random(4000) < likely).astype(float)
+    left = counts - likely
+    assert float(left @ left) > 0.7 * float(counts @ counts)
+    assert not of(record(SPEED, counts), left).contradicts
+    assert of(record(SPEED, counts), counts - np.roll(likely, 1000) + 0.5).contradicts
+    assert of(record(CURRENT, counts), left).share > 0.7  # of a current each reading counts

@@ -76,7 +76,7 @@ def test_a_better_model_is_looked_for_and_offered_beside_the_six(
     seen = made.seen
     assert made.answer == "lack"
     assert seen["with_lack"] == [("seen", "wide", "its own")]
-    assert seen["_closed"] == [(["run"], FIX, WITHOUT)]
+    assert seen["_closed"] == [(["run"], FIX, WITHOUT, True)]
     assert seen["answered"] == [("captures", "records", "solved", FIX, WITHOUT)]
     assert seen["reach"] == [(made.six.parameters,)]
     assert seen["looked_for"] == [(made.records, made.known.solution, HELD, {"R": 0.5})]

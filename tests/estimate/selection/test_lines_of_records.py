@@ -67,8 +67,9 @@ def test_what_repeats_changes_by_each_size_and_quarter_of_its_phase() -> None:
 
 
 def test_shapes_are_in_their_scales_and_counts_are_whole() -> None:
-    made = probe(_counts=[7, 14])
-    assert list(made.shapes(COGS)) == [{"N_c": 7.0}, {"N_c": 14.0}]
+    made = probe(_counts=[7, 14], _kicks=[20, 7])
+    assert list(made.shapes(COGS)) == [{"N_c": 7.0}, {"N_c": 14.0}, {"N_c": 20.0}]
+    assert [*made.shapes(TERMS["ripple"])] == [{"N_r": 7.0}, {"N_r": 14.0}]
     assert list(made.shapes(DIRECTION)) == [{}]
     brushes = [one["i_b"] for one in made.shapes(TERMS["brush-drop"])]
     assert brushes == pytest.approx([3.0 * part for part in (0.02, 0.05, 0.15)])

@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motorid.estimate.signals.neighbour_noise import neighbour_noise, of_differences, running_median
+from motorid.estimate.signals.neighbour_noise import (
+    counting_noise,
+    neighbour_noise,
+    of_differences,
+    running_median,
+)
 from motorid.estimate.signals.voltage_jumps import scatter
 
 NOISE = 0.3 * np.random.default_rng(5).standard_normal(20_000)
@@ -54,3 +59,12 @@ def test_a_running_median_leaves_what_stands_alone() -> None:
     values = np.array([1.0, 2.0, 90.0, 4.0, 5.0, 6.0, 7.0])
     assert running_median(values, 1).tolist() == [1.0, 2.0, 4.0, 5.0, 5.0, 6.0, 7.0]
     assert running_median(values, 2).tolist() == [1.0, 2.0, 4.0, 5.0, 6.0, 6.0, 7.0]
+
+
+def test_a_rare_count_scatters_by_half_of_it() -> None:
+    counts = 3.0 * (np.random.default_rng(6).random(2000) < 0.3)
+    assert neighbour_noise(counts, 1) < 1e-9  # most neighbours agree
+    assert counting_noise(counts) == pytest.approx(1.5)
+    held = np.repeat(np.sin(np.arange(200.0)), 10)  # has many levels
+    assert counting_noise(held) == 0.0
+    assert counting_noise(NOISE) == counting_noise(np.zeros(100)) == 0.0

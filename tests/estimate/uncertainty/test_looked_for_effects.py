@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from motorid.estimate.effects.influence_quantity import Use
+from motorid.estimate.effects.rotor.cogging import COGGING
 from motorid.estimate.effects.source.voltage_noise import VOLTAGE_NOISE
 from motorid.estimate.solver.problem import Unknown
 from motorid.estimate.uncertainty import budget, undetected
@@ -223,6 +224,7 @@ def test_what_no_residual_shows_is_counted_by_cause(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(whole, "by_part", lambda *_: ("part",))
     monkeypatch.setattr(whole.log_scatter, "shifts", lambda *_: [four])
     monkeypatch.setattr(whole.uneven_residuals, "of_captures", lambda *_: [three])
+    monkeypatch.setattr(whole.cogging_of_logs, "shifts", lambda *_: [one, four])
     monkeypatch.setattr(whole, "statistical", lambda *given: given)
     records: Any = [
         SimpleNamespace(left_open=[one], unsettled=two, between_ticks=None),
@@ -236,7 +238,7 @@ def test_what_no_residual_shows_is_counted_by_cause(monkeypatch: pytest.MonkeyPa
     assert hidden == {
         VOLTAGE_NOISE.name: [three], SCATTER: [four], budget.UNSTATED: [one, two, three],
         budget.SETTLING: [two], budget.GRID: [], budget.UNEVEN: [three], budget.BENT: (),
-        budget.FRICTION: [two], budget.SEARCH: [],
+        budget.FRICTION: [two], budget.SEARCH: [], COGGING.name: [one, four],
     }  # fmt: skip
     records.reverse()
     bent = [two, four]

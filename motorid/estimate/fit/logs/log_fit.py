@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.estimate.effects.timing.voltage_late import VOLTAGE_LATE
 from motorid.estimate.effects.unstated import default
 from motorid.estimate.fit.alternating_fit import vanished
 from motorid.estimate.fit.logs import (
@@ -52,6 +53,7 @@ Floats = NDArray[np.float64]
 PLAIN = SHAPES[:4]  # that need nothing but the readings of the voltage
 RESTARTED = 3  # shapes whose answer is where a search begins once more, its lags in whole samples
 ALIKE = 1.5  # variance of residuals, of that between neighbours: those are off alike
+FAR = 4.0  # standard deviations of what is usual, that a voltage is late: no stamp makes it so
 WORSE = 1.5  # times: what an explanation may leave most readings off by
 
 
@@ -96,7 +98,7 @@ def best(
     smoothed = smoothed_voltage.begun(first, joined, free, joined_at, fixed)
     better = any(plain[1].fair - fit[1].fair > needed for fit in smoothed)
     asked = any(one.asked_for for one in heard) or vanished(plain[1], plain[0])
-    misfit = unsupported(*plain) is None and _leaves_much(*plain)
+    misfit = unsupported(*plain) is None and (_leaves_much(*plain) or _comes_far(*plain))
     coloured = not (asked or better or misfit)
     if coloured:
         colour = inflation(plain[1])
@@ -202,6 +204,18 @@ def _leaves_much(records: Sequence[MotorRecord], solution: Solution) -> bool:
             if float(np.mean(left**2)) > max(ALIKE * between, least):
                 return True
     return False
+
+
+def _comes_far(records: Sequence[MotorRecord], solution: Solution) -> bool:
+    """The voltage of a log with a motion is taken for later or earlier than stamps make it: a slow
+    low-pass of it is a lag to first order, and the winding makes up for the rest.
+    """
+    return any(
+        one.quantity is VOLTAGE_LATE and abs(float(size)) > FAR * unknown.prior_sd
+        for record, own in zip(records, solution.own, strict=True)
+        if motion(record.capture)
+        for one, unknown, size in zip(record.instances, record.unknowns, own, strict=True)
+    )
 
 
 def _instead(before: Fit, other: Fit) -> Fit:

@@ -37,6 +37,7 @@ class Handed:
         self.note(monkeypatch, log_fit.smoothed_voltage, "begun", [])
         self.note(monkeypatch, log_fit, "unsupported", None)
         self.note(monkeypatch, log_fit, "_leaves_much", misfit)
+        self.note(monkeypatch, log_fit, "_comes_far", False)
         self.note(monkeypatch, log_fit, "like", [record("like")])
         self.note(monkeypatch, log_fit, "settled", solution(90.0, None, (0.3,)))
         self.note(monkeypatch, log_fit, "widened", self.wider)

@@ -43,6 +43,7 @@ class Stages:
             "like": lambda _, records: records,
             "settled": lambda *_: solution(self.objectives[AGAIN]),
             "_leaves_much": lambda *_: self.much,
+            "_comes_far": lambda *_: False,
             "serves_few": lambda *_: self.few,
             "unsupported": lambda *_: None,
             "widened": self.widened,

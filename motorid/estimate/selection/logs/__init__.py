@@ -1,0 +1,1 @@
+"""What a log shows that may be its motor as well as its measuring chain."""
