@@ -51,7 +51,7 @@ def fit(
             captures,
             estimate,
             lambda c: _fit(c, fix, without, ML, search),
-            lambda c, values: departures(c, values, fix or {}, without),
+            lambda c, values, of=(): departures(c, values, fix or {}, without, of),
         )
     said = tuple(findings(captures, estimate, lambda c: _fit(c, fix, without, method, search)))
     said = (*filter(None, between), *_of_logs(captures, estimate), *said)
