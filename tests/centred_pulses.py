@@ -15,7 +15,7 @@ from motorid.program import Decay, Program, Step, StepKind
 
 MOTOR = {"R": 2.0, "L": 1.2e-3, "K": 0.02, "B": 4e-6, "J": 4e-6, "T0": 1.5e-3}
 SUPPLY_V, PWM_HZ, CLOCK_HZ = 12.0, 10_000.0, 16e6
-DUTIES = (0.0, 0.3, 0.6, -0.5, -0.8, 0.4)  # 0: a brake
+DUTIES = (0.0, 0.3, 0.6, -0.5, -0.8, 0.0, 0.4)  # 0: a brake
 LENGTH = 300  # PWM periods at each, one sample a period
 PIECES = 6  # of each on or off part
 COUNTS = 4096

@@ -25,7 +25,13 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, Capture
 from motorid.errors import DataError
-from motorid.estimate.results.estimate import Alternative, Curve, Estimate, Suspect
+from motorid.estimate.results.estimate import (
+    Alternative,
+    Curve,
+    Diagnostic,
+    Estimate,
+    Suspect,
+)
 from motorid.estimate.results.status import Status
 from motorid.estimate.signals.neighbour_noise import neighbour_noise
 from motorid.estimate.signals.source.pwm_bridge import driven_share
@@ -115,7 +121,8 @@ def _aligned(
     found = fit(tried)
     if _refused(found) or _likelier(_currents(estimate), _currents(found)) < SURE:
         return captures, estimate
-    return tried, replace(found, suspects=(_elsewhere(place, estimate, found), *found.suspects))
+    said = _elsewhere(place, estimate, found)
+    return tried, replace(found, diagnostics=(*found.diagnostics, said))
 
 
 def _switched(capture: Capture) -> bool:
@@ -149,16 +156,15 @@ def _known(estimate: Estimate) -> Mapping[str, float] | None:
     return values if {"R", "K", "J"} <= {*values} else None
 
 
-def _elsewhere(place: float, before: Estimate, after: Estimate) -> Suspect:
+def _elsewhere(place: float, before: Estimate, after: Estimate) -> Diagnostic:
+    """A remark: a bridge may place its pulses as it likes, and nothing is wrong with it."""
     was, now = (e.parameters["L"].value if "L" in e.parameters else None for e in (before, after))
-    moved = f", which moves L by {now / was - 1.0:+.1%}" if was and now else ""
-    return Suspect(
-        ALIGNMENT, "PWM alignment",
-        f"the pulses of the bridge {ALIGNED[place]} their PWM periods, and no rig says so: taken "
-        f"at the beginning of the period they leave more of the readings{moved}; the fit takes "
-        "them there",
-        f"state wiring.pwm_alignment = {place:g} in the rig file", "named", allowed=True,
-        without={n: p.value for n, p in before.parameters.items() if p.value is not None},
+    moved = f", and L is {was / now - 1.0:+.1%} off" if was and now else ""
+    return Diagnostic(
+        ALIGNMENT, "info",
+        f"the pulses of the bridge {ALIGNED[place]} their PWM periods, and no rig says so: the fit "
+        "takes them there. Taken at the beginning of the period they leave more of the "
+        f"current{moved}. State wiring.pwm_alignment = {place:g} in the rig file",
     )  # fmt: skip
 
 
