@@ -37,6 +37,7 @@ def fit(
     from motorid.estimate.diagnosis.facts.compare import findings
     from motorid.estimate.diagnosis.facts.pwm_frequency import corrected
     from motorid.estimate.fit.rough_fit import departures
+    from motorid.estimate.signals import voltage_low_pass
     from motorid.estimate.signals.upsampled_rows import own_readings
     from motorid.estimate.uncertainty.reference_temperature import with_reference
 
@@ -45,16 +46,19 @@ def fit(
     for capture in captures:
         insist(capture)
     captures, between = zip(*map(own_readings, captures), strict=True)
+    captures, filtered = zip(*map(voltage_low_pass.declared, captures), strict=True)
     estimate = _fit(captures, fix, without, method, search)
     if method == ML:
         captures, estimate = corrected(
             captures,
             estimate,
             lambda c: _fit(c, fix, without, ML, search),
-            lambda c, values: departures(c, values, fix or {}, without),
+            lambda c, values, of=(): departures(c, values, fix or {}, without, of),
         )
     said = tuple(findings(captures, estimate, lambda c: _fit(c, fix, without, method, search)))
     said = (*filter(None, between), *_of_logs(captures, estimate), *said)
+    named = tuple(dict.fromkeys(one for one in filtered if one is not None))[:1]
+    estimate = replace(estimate, suspects=(*named, *estimate.suspects))
     estimate = with_reference(settled(estimate, said), captures)
     return replace(estimate, diagnostics=(*estimate.diagnostics, *_unread(captures), *said))
 

@@ -108,6 +108,7 @@ SECTIONS: Mapping[str, Mapping[str, Key]] = {
         "encoder_reversed": Flag(),
         "voltage_sense": Text(("terminals", "bridge", "supply")),
         "supply_voltage_v": Number(0.1, 1e3),
+        "pwm_alignment": _SHARE,
         "brush_drop_v": Number(0, 1e2),
         "brush_drop_uncertainty_v": Number(0, 1e2),
         "encoder_eccentricity_rad": Number(0, 0.5),

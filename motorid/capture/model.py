@@ -149,6 +149,7 @@ class Wiring:
     counts_per_turn: float = 0.0  # 0: no encoder
     pwm_hz: float = 0.0
     dead_time_s: float = 0.0
+    pwm_alignment: float | None = None  # share of a period's off part before its on part
     supply_voltage_v: float = 0.0  # nominal; 0: unknown
     bridge_drop_v: float = 0.0  # over both switches, beside their resistance: bipolar ones
     bridge_drop_uncertainty_v: float = 0.0  # standard

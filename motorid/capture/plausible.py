@@ -46,6 +46,7 @@ WIRING: Mapping[str, Range] = {
     "counts_per_turn": (0.0, 1e9),
     "pwm_hz": (0.0, 1e9),
     "dead_time_s": (0.0, 1.0),
+    "pwm_alignment": (0.0, 1.0),
     "supply_voltage_v": (0.0, 1e6),
     "bridge_drop_v": (0.0, 1e3),
     "bridge_drop_uncertainty_v": (0.0, 1e3),

@@ -75,7 +75,7 @@ def test_a_rig_of_which_nobody_states_anything_changes_no_reading() -> None:
     known = vars(Wiring())
     assert known.pop("gear_ratio") == 1.0
     assert {name for name, value in known.items() if value is None} == {
-        "brush_drop_v", "reference_drift",
+        "brush_drop_v", "reference_drift", "pwm_alignment",
     }  # fmt: skip
     assert {value for value in known.values() if value is not None} == {0.0}
 

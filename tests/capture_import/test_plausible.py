@@ -49,6 +49,7 @@ WIRING = [
     ("bridge_drop_v", 0.0, 1e3),
     ("bridge_drop_uncertainty_v", 0.0, 1e3),
     ("brush_drop_v", 0.0, 1e3),
+    ("pwm_alignment", 0.0, 1.0),
     ("brush_drop_uncertainty_v", 0.0, 1e3),
     ("encoder_eccentricity_rad", 0.0, 10.0),
     ("reference_drift", 0.0, 1.0),

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.capture.model import POSITION
 from motorid.estimate.diagnosis.localise import place
 from motorid.estimate.effects.reading.smoothing import hidden_noise
 from motorid.estimate.model.capture_model import MotorRecord
@@ -24,6 +25,7 @@ Floats = NDArray[np.float64]
 LACK_OF_FIT = 1.5  # residuals in units of the declared noise
 OF_NEIGHBOURS = 4.0  # the same of what neighbours differ by, where none is declared
 ORDER = 2  # of the differences that show it
+ASTRAY = 5e-3  # of a board's position's span: what no ripple, cogging or noise adds up to
 VISIBLE = 1e-3  # of a channel's span: residuals that are less lack nothing that matters
 WORDS = {EMF: "back-EMF while coasting"}
 
@@ -41,11 +43,15 @@ def lacking(record: MotorRecord, m: Measured, residual: Floats, driven: float = 
     """How many times the noise the residuals are, where they are more than they should be; else 0.
 
     A log declares none: there it is what neighbouring residuals differ by, and what noise of its
-    voltage leaves, of variance ``driven`` (SI).
+    voltage leaves, of variance ``driven`` (SI). A board's position adds up whatever a motor does
+    besides: there it is the encoder's step, where the residuals are a share of all that it turned.
     """
     sigma, noise = rms(m, residual), declared_noise(m)
     if noise:
         return sigma / noise if sigma > LACK_OF_FIT * noise else 0.0
+    if record.sensed.waveform is None and m.block.name == POSITION and m.resolution > 0.0:
+        far = sigma > max(ASTRAY * float(np.ptp(m.values)), OF_NEIGHBOURS * m.resolution)
+        return float(sigma / (m.resolution / np.sqrt(12.0))) if far else 0.0
     if record.sensed.waveform is None or record.timeline.jitter > IRREGULAR:
         return 0.0
     hidden = np.sqrt(hidden_noise(record.instances, record.unknowns, m.block.name, ORDER))
@@ -88,6 +94,8 @@ def lack_of_fit(
         return []
     name = WORDS.get(m.block.name, m.block.name)
     of = "its declared noise" if declared_noise(m) else "what neighbours differ by"
+    if m.block.name == POSITION and record.sensed.waveform is None:
+        of = "what the encoder's step leaves open"
     mostly = place(record, m, residual, segments)
     return [
         Diagnostic(

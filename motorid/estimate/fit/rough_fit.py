@@ -23,8 +23,10 @@ def departures(
     start: Mapping[str, float],
     fix: Mapping[str, float],
     without: Sequence[str],
+    channels: Sequence[str] = (),
 ) -> list[Floats]:
-    """Measured less fitted in SI units, one array per channel of each capture.
+    """Measured less fitted in SI units, one array per channel of each capture; of all, or of some
+    ``channels``.
 
     From ``start`` values, and those of a fit where they lack one; there are no other starts. Raises
     DataError where a capture cannot be fitted.
@@ -41,5 +43,6 @@ def departures(
     return [
         left
         for record, own in zip(records, solution.own, strict=True)
-        for left in record.departures(solution.values, own)
+        for m, left in zip(record.measured, record.departures(solution.values, own), strict=True)
+        if not channels or m.block.name in channels
     ]

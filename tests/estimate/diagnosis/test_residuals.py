@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from motorid.capture.model import CURRENT, SPEED
+from motorid.capture.model import CURRENT, POSITION, SPEED
 from motorid.estimate.diagnosis import data_remarks, localise, misfit, refit, residual_remarks
 from motorid.estimate.diagnosis.remarks import budget
 from motorid.estimate.model.capture_model import MotorRecord
@@ -201,3 +201,23 @@ def test_a_log_lacks_what_is_far_more_than_its_neighbours_differ_by() -> None:
     assert residual_remarks.lacking(record("measured"), m, noise + wave) == 0.0  # no log
     said = residual_remarks.lack_of_fit(one, m, noise + wave, (), "")
     assert "times what neighbours differ by" in said[0].message
+
+
+def test_a_boards_position_lacks_what_is_a_share_of_all_that_it_turned() -> None:
+    """It lacked nothing however far off: an encoder that lost counts, by 2,500 steps."""
+    one = record("measured")
+    m = one.block(POSITION)
+    assert one.sensed.waveform is None
+    assert m is not None
+    step, span = 1e-4 * float(np.ptp(m.values)), float(np.ptp(m.values))
+    m = replace(m, channel=replace(m.channel, noise=0.0, resolution=step))
+    wave = np.sin(np.linspace(0.0, 20.0, len(m.values)))
+    wave /= residual_remarks.rms(m, wave)
+    assert residual_remarks.lacking(one, m, 0.004 * span * wave) == 0.0
+    times = residual_remarks.lacking(one, m, 0.006 * span * wave)
+    assert times == pytest.approx(0.006 * span / (step / 12.0**0.5))
+    coarse = replace(m, channel=replace(m.channel, resolution=0.01 * span))
+    assert residual_remarks.lacking(one, coarse, 0.02 * span * wave) == 0.0
+    assert residual_remarks.lacking(one, coarse, 0.05 * span * wave) > 0.0
+    (said,) = residual_remarks.lack_of_fit(one, m, 0.006 * span * wave, [], "")
+    assert "times what the encoder's step leaves open" in said.message

@@ -32,12 +32,15 @@ def findings(
     shown_v, how = (None, "") if measured else _by_terminals(capture, stated)
     if not measured and shown_v is None:
         return
+    ratio = (shown_v or capture.supply_measured_v or stated) / stated
     L = parameters["L"].value if "L" in parameters else None
     moves = {"L": L * SHIFT * abs(shown_v / stated - 1.0)} if L and shown_v else {}
     yield Diagnostic(
         "supply_contradicted", "warning",
         f"the rig states wiring.supply_voltage_v = {stated:g}, but {measured or how}{where}; "
-        "correct the rig, or calibrate that channel",
+        "correct the rig, or calibrate that channel: if the rig is right, "
+        f"the scale of its voltage is off by {ratio - 1.0:+.1%}, and R, L, K, B, J and "
+        "T0 with it",
         moves,
     )  # fmt: skip
 

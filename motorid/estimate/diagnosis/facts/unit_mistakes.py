@@ -169,9 +169,21 @@ def highest_v(capture: Capture) -> float:
 
 
 def explanations(capture: Capture, motor: Figures, found: float) -> list[Mistake]:
-    """The mistakes that make a usual motor of it, the best first; one of each quantity."""
+    """The mistakes that make a usual motor of it, the best first; one of each quantity.
+
+    A motor that is usual only among all motors is explained among all.
+    """
+    usual = _explaining(capture, motor, found, wide=False)
+    return usual or _explaining(capture, motor, distance(motor, wide=True), wide=True)
+
+
+def _explaining(capture: Capture, motor: Figures, found: float, wide: bool) -> list[Mistake]:
+    """As ``explanations``, by the distance from all motors, or from the usual ones."""
     tried = [
-        replace(one, distance=distance(motor.scaled(_powers(capture, one.quantity), one.factor)))
+        replace(
+            one,
+            distance=distance(motor.scaled(_powers(capture, one.quantity), one.factor), wide),
+        )
         for one in _possible(capture)
     ]
     tried = sorted(tried, key=lambda one: one.distance)

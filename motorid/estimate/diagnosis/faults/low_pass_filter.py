@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, SPEED
-from motorid.estimate.diagnosis.fault import Hypothesis, Words, acting
+from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture
+from motorid.estimate.diagnosis.fault import Hypothesis, Words, acting, changed_voltage, series
 from motorid.estimate.effects.influence_quantity import InfluenceQuantity
 from motorid.estimate.effects.reading.current_filter import CURRENT_FILTER
 from motorid.estimate.effects.reading.smoothing import SMOOTHED
 from motorid.estimate.effects.reading.smoothing_kernels import Smoothing
 from motorid.estimate.effects.reading.speed_filter import SPEED_FILTER
 from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.signals.measurements import EMF
 from motorid.estimate.signals.time_grid import IRREGULAR
 
 Floats = NDArray[np.float64]
@@ -22,6 +24,8 @@ Floats = NDArray[np.float64]
 SAMPLES = (0.5, 2.0, 6.0, 20.0)  # time constants that are tried
 LONGEST = 500.0  # samples
 SHORTEST = 1e-3
+OF_VOLTAGE = (1.0, 3.0, 8.0)  # samples: the same of a board's voltage
+AROUND = (1.0, 0.8, 0.9, 1.1, 1.25)  # of a time constant found, that are declared too
 FILTERS = {CURRENT: CURRENT_FILTER, SPEED: SPEED_FILTER}
 
 
@@ -39,6 +43,8 @@ def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
         (name, *way) for name in FILTERS if name in names and even
         for way in SMOOTHED[name].items() if logged or way[0].behind
     )  # fmt: skip
+    if not logged and all(r.sensed.channel is not None and r.sensed.shows_emf for r in records):
+        found.append(_of_voltage(period))
     return found + [_smoothed(*way) for way in ways]
 
 
@@ -72,3 +78,51 @@ def _of(name: str, period: float) -> Hypothesis:
         f"{name}_filtered", acting(FILTERS[name]), tuple((k * period,) for k in SAMPLES), (period,),
         (SHORTEST * period,), (LONGEST * period,), words, quantity=FILTERS[name],
     )  # fmt: skip
+
+
+def _of_voltage(period: float) -> Hypothesis:
+    """Of a voltage that a board reads at the motor, as of a divider with a capacitor."""
+
+    def words(size: Floats) -> Words:
+        return Words(
+            VOLTAGE.replace("_", " "),
+            f"the voltage reads as behind a low-pass of {1e6 * size[0]:.0f} µs "
+            f"({1 / (2 * np.pi * size[0]):.3g} Hz)",
+            "take the capacitor off the voltage's divider, or let the board declare the filter",
+        )
+
+    return Hypothesis(
+        "voltage_filtered", _filtered_voltage, tuple((k * period,) for k in OF_VOLTAGE), (period,),
+        (SHORTEST * period,), (LONGEST * period,), words, remedy=_declared_filter,
+    )  # fmt: skip
+
+
+def _declared_filter(capture: Capture, size_s: float) -> list[Capture]:
+    """The capture whose voltage is declared to pass a low-pass of about that time constant."""
+    volts = capture.channels[VOLTAGE]
+    filtered = [
+        replace(volts, filter_s=share * size_s, delay_s=volts.delay_s + share * size_s)
+        for share in AROUND
+    ]
+    return [replace(capture, channels={**capture.channels, VOLTAGE: one}) for one in filtered]
+
+
+def _filtered_voltage(
+    record: MotorRecord, values: Floats, own: Floats, size: Floats
+) -> list[Floats]:
+    """The source is what it was before the low-pass, and the back-EMF is read behind it."""
+    share = float(np.exp(-record.timeline.period_s / size[0]))
+    volts = record.volts.copy()
+    volts[1:] += np.diff(record.volts) * share / (1.0 - share)
+    out = changed_voltage(record, values, own, volts)
+    for k, y in series(record, values, own, EMF):
+        out[k] = out[k] + (_behind(y, share) - y)[record.measured[k].where]
+    return out
+
+
+def _behind(values: Floats, share: float) -> Floats:
+    """(count,) behind a recursive average that keeps ``share`` of what it was, settled at first."""
+    out, now = np.empty_like(values), float(values[0])
+    for k, value in enumerate(values.tolist()):
+        now = out[k] = value + share * (now - value)
+    return out

@@ -10,14 +10,16 @@ adds to R alone; a load on the shaft adds to J alone, and is no fault. So the de
 nameplate say which factor is wrong, and a disc of inertia D, fitted as h g/c² D, that one is.
 
 A clock that reads f times the true time gives L' = f L. From readings of a speed J' = f J; from
-those of a position every speed is 1/f of what it is besides. A wrong ambient temperature moves
-R and K at 25 °C alone. Neither is looked for in a nameplate, whose J and L are too vague for it.
+those of a position every speed is 1/f of what it is besides: K' = f K, J' = f³ J. A clock so wrong
+by a divider or by another crystal is named where it explains a nameplate far better than any other
+scale; L tells it from wrong counts. A speed's J and L alone are too vague for that. A wrong ambient
+temperature moves R and K at 25 °C alone, and is not looked for.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from motorid.estimate.results.estimate import Parameter, Suspect
@@ -98,8 +100,13 @@ WINDING = Cause(  # n times the turns of a thinner wire in the same slots
 COMPARE_CLOCKS = "time a long run of the board, or of the logger, with another clock"
 TIME_OF_SPEED = Cause("time_scale", "time", {"L": 1, "J": 1}, {}, COMPARE_CLOCKS)
 TIME_OF_POSITION = Cause(
-    "time_scale", "time", {"L": 1, "K": 1, "J": 3, "B": 2, "T0": 1}, {}, COMPARE_CLOCKS
-)
+    "time_scale", "time", {"L": 1, "K": 1, "J": 3, "B": 2, "T0": 1},
+    {
+        factor: f"the clock runs {factor:g} times too fast, as of another crystal or divider"
+        for factor in (0.125, 0.25, 0.5, 0.8, 1.25, 2.0, 4.0, 8.0)
+    },
+    COMPARE_CLOCKS,
+)  # fmt: skip
 CAUSES = (SPEED, AMPERES, VOLTS, SERIES)
 ALL_CAUSES = (*CAUSES, WINDING)
 
@@ -127,7 +134,7 @@ def suspects(
     ``stated``: the values that such a scale moves, where they are others than those it is seen by.
     """
     known = departures(parameters, nameplate, highest_v)
-    named = by_nameplate(known)
+    named = by_nameplate(known, turned)
     others = " or ".join(v.cause.where for v in named)
     either = f"; these figures do not separate {others}" if len(named) > 1 else ""
     if named:
@@ -202,19 +209,31 @@ def absurd(
     return any(abs(d) > ABSURD for d, _ in departures(parameters, nameplate, highest_v).values())
 
 
-def by_nameplate(known: Mapping[str, tuple[float, float]]) -> tuple[Verdict, ...]:
+def by_nameplate(
+    known: Mapping[str, tuple[float, float]], turned: bool = False
+) -> tuple[Verdict, ...]:
     """The cause that explains the departures, with one that does so as well; empty: none.
 
-    A label of another winding stands beside a scale that does as well, and never in its place.
+    A label of another winding stands beside a scale that does as well, and never in its place. A
+    clock is named alone: of readings of a position (``turned``), and by a usual factor.
     """
     without = sum(_cost(name, d, s, math.inf) for name, (d, s) in known.items())
     found = sorted((v for c in ALL_CAUSES if (v := _best(c, known))), key=lambda v: v.left)
+    clock = _best(TIME_OF_POSITION, known) if turned else None
+    if clock is not None and _stands_alone(clock, found) and without - clock.left >= CLEAR:
+        return (clock,)
     if not found or without - found[0].left < CLEAR:
         return ()
     alike = tuple(v for v in found if v.left - found[0].left < ALONE)
     if len(alike) > PAIR:
         alike = tuple(v for v in alike if v.cause is not WINDING)
     return alike if len(alike) <= PAIR else ()
+
+
+def _stands_alone(verdict: Verdict, others: Sequence[Verdict]) -> bool:
+    """Its factor is a usual one, and no other cause does as well."""
+    usual = any(math.isclose(verdict.factor, factor) for factor in verdict.cause.usual)
+    return usual and all(other.left - verdict.left >= ALONE for other in others)
 
 
 def _best(cause: Cause, known: Mapping[str, tuple[float, float]]) -> Verdict | None:

@@ -90,7 +90,10 @@ def stretch_of(
     volts: Floats,
     in_time: bool = False,
 ) -> Stretch:
-    """From ``start`` under a part's command, whose PWM begins in time or a dead time late."""
+    """From ``start`` under a part's command, whose PWM begins in time or a dead time late.
+
+    Of pulses that are aligned to the middle or the end of their period, so much later.
+    """
     duty, swing = pwm_shape(part, float(np.mean(volts)), rail)
     late_s, longer_s = _edges(wiring, part, swing, in_time) if 0.0 < duty < 1.0 else (0.0, 0.0)
     left = duty + longer_s * wiring.pwm_hz
@@ -98,6 +101,8 @@ def stretch_of(
         late_s, left = 0.0, duty
     if part.decay == Decay.SYNCHRONOUS_SLOW and left:
         swing *= duty / left  # the level is the mean of what is left
+    if wiring.pwm_alignment and 0.0 < left < 1.0:
+        late_s += wiring.pwm_alignment * (1.0 - left) / wiring.pwm_hz
     known = Stretch(start, part.open, ohms, clamp_v, left, swing, late_s)
     return replace(known, discontinuous=part.discontinuous, still=part.still)
 

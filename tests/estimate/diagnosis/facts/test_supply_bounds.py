@@ -28,6 +28,7 @@ def test_a_supply_is_held_against_its_reading_first() -> None:
         "the rig states wiring.supply_voltage_v = 9, but the board read its supply before the run "
         "as 7 V, by which the fit goes in run 2; correct the rig"
     )
+    assert "the scale of its voltage is off by -22.2%" in said.message
     volts = capture.channels[VOLTAGE]
     during = replace(volts, name=SUPPLY, raw=np.full(len(capture), 7.0))
     (said,) = said_of(replace(capture, channels={**capture.channels, SUPPLY: during}))

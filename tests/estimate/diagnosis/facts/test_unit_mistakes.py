@@ -283,6 +283,39 @@ def test_drawn_motors_lie_within_the_ranges(name: str) -> None:
         assert low < value < high
 
 
+# a motor of 2.8 V and half an ohm, and one of 6 V and 80 milliohm: usual only among all motors
+ODD = {"R": 0.506, "L": 299e-6, "K": 3.67e-3, "J": 7.2e-7, "V": 2.82}
+STRONG = {"R": 0.0801, "L": 36.3e-6, "K": 12.4e-3, "J": 4.62e-5, "V": 5.94}
+
+
+@pytest.mark.parametrize(
+    ("motor", "map_", "powers", "factor", "mend"),
+    [
+        (ODD, "current=i:mA", CURRENT, 1e-3, "--map current=i:A"),
+        (ODD, "time=t:s", TIME, 1e3, "--map time=t:ms"),
+        (STRONG, "time=t:s", TIME, 1e3, "--map time=t:ms"),
+    ],
+)
+def test_a_unit_of_a_motor_that_is_usual_only_among_all_is_named(
+    motor: dict[str, float], map_: str, powers: tuple[int, ...], factor: float, mend: str
+) -> None:
+    """They were named to nobody, or it was said that no single unit explains them."""
+    top = highest_v(log())
+    others = tuple(m for m in MAPS if m.split("=")[0] != map_.split("=")[0])
+    capture = log((map_, *others), motor["V"] / top)
+    figures = {name: motor[name] for name in ("R", "L", "K", "J")}
+    of = dict(zip(FAULHABER, powers, strict=True))
+    moved = {name: value * factor ** of[name] for name, value in figures.items()}
+    (said,) = findings([capture], parameters(moved))
+    assert (said.code, said.severity) == ("unit_mistake", "warning")
+    assert mend in said.message
+    assert said.moves["J"] == pytest.approx(abs(moved["J"] - motor["J"]))
+    assert not [one for one in findings([capture], parameters(figures)) if one.severity != "info"]
+
+
+FAR = 99.0  # from all motors
+
+
 @pytest.mark.parametrize(
     ("found", "distances", "named"),
     [
@@ -302,7 +335,9 @@ def test_a_mistake_brings_a_motor_much_nearer_to_usual_ones(
     possible = [unit_mistakes.Mistake("current", factor, "", "") for factor in of]
     monkeypatch.setattr(unit_mistakes, "_possible", lambda _: possible)
     monkeypatch.setattr(unit_mistakes, "_powers", lambda _, quantity: quantity)
-    monkeypatch.setattr(unit_mistakes, "distance", lambda factor: of[factor])
+    monkeypatch.setattr(
+        unit_mistakes, "distance", lambda factor, wide=False: FAR if wide else of[factor]
+    )
     motor: Any = SimpleNamespace(scaled=lambda powers, factor: factor)
     none: Any = None
     told = unit_mistakes.explanations(none, motor, found)

@@ -25,7 +25,7 @@ def test_a_low_pass_is_looked_for_from_a_thousandth_of_a_sample_to_hundreds(
     subject = record(clean_capture(FAULHABER, Plan(count=400, period_s=period_s)))
     own = subject.timeline.period_s
     found, *smoothed = low_pass_filter.hypotheses([subject])
-    assert {one.code for one in smoothed} == {"current_smoothed"}
+    assert {one.code for one in smoothed} == {"current_smoothed", "voltage_filtered"}
     assert found.lower == pytest.approx((1e-3 * own,))
     assert found.upper == pytest.approx((500.0 * own,))
     assert all(found.lower < size < found.upper for size in found.sizes)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from motorid.capture.model import CURRENT, POSITION, SPEED
+from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE
 from motorid.estimate.diagnosis.fault import Hypothesis
 from motorid.estimate.diagnosis.faults import (
     channel_delay,
@@ -54,8 +54,39 @@ def test_one_hypothesis_for_each_channel_that_may_be_late_or_filtered() -> None:
         "current_filtered", "speed_filtered", "current_smoothed", "speed_smoothed",
     }  # fmt: skip
     assert {h.code for h in low_pass_filter.hypotheses([record("measured")])} == {
+        "current_filtered", "current_smoothed", "voltage_filtered",
+    }  # fmt: skip
+    assert {h.code for h in low_pass_filter.hypotheses([record("commanded")])} == {
         "current_filtered", "current_smoothed",
     }  # fmt: skip
+
+
+def test_a_low_pass_of_the_voltage_is_declared_with_its_delay() -> None:
+    found = low_pass_filter.hypotheses([record("measured")])
+    filtered = by_code(found, "voltage_filtered")
+    assert filtered.remedy is not None
+    capture = record("measured").capture
+    volts = capture.channels[VOLTAGE]
+    tried = [one.channels[VOLTAGE] for one in filtered.remedy(capture, 2e-4)]
+    assert tried[0].filter_s == 2e-4
+    assert len({one.filter_s for one in tried}) == len(low_pass_filter.AROUND)
+    for one in tried:
+        assert one.delay_s - volts.delay_s == pytest.approx(one.filter_s)
+
+
+def test_readings_behind_a_low_pass_follow_exponentially() -> None:
+    step = np.r_[np.zeros(3), np.ones(9)]
+    found = low_pass_filter._behind(step, 0.6)
+    assert found == pytest.approx(np.r_[np.zeros(3), 1.0 - 0.6 ** np.arange(1.0, 10.0)])
+
+
+def test_a_low_pass_of_the_voltage_makes_the_motor_seem_quicker() -> None:
+    """The real voltage came before the one that was read, and the back-EMF reads late."""
+    filtered = by_code(low_pass_filter.hypotheses([record("measured")]), "voltage_filtered")
+    small, large = (effect(filtered, size) for size in (1e-5, 2e-5))
+    assert set(small) == set(large)
+    for name, moved in small.items():
+        assert np.abs(large[name]).max() > np.abs(moved).max() > 0.0
 
 
 def test_what_shows_an_edge_before_it_comes_is_done_to_logs_alone() -> None:

@@ -98,6 +98,39 @@ def test_what_leaves_no_trace_is_listed_by_what_was_read() -> None:
     assert {s.strength for s in listed.values()} == {"not excluded"}
 
 
+PLATE = {"R": 2.6, "L": 180e-6, "K": 7.68e-3, "J": 3.9e-7}
+
+
+@pytest.mark.parametrize("factor", [0.125, 0.5, 2.0, 8.0])
+@pytest.mark.parametrize(
+    ("cause", "turned", "named"),
+    [
+        (scale_errors.TIME_OF_POSITION, True, "time_scale"),
+        (scale_errors.TIME_OF_POSITION, False, None),  # a speed was read, which no clock moves
+        (scale_errors.SPEED, True, "speed_scale"),
+    ],
+)
+def test_a_clock_of_another_divider_is_told_from_wrong_counts(
+    factor: float, cause: scale_errors.Cause, turned: bool, named: str | None
+) -> None:
+    fitted = {
+        name: Parameter(
+            name, "", value * factor ** cause.powers.get(name, 0), 0.0, 0.0, 1e-3 * value, None,
+            Status.ESTIMATED,
+        )
+        for name, value in PLATE.items()
+    }  # fmt: skip
+    found = scale_errors.suspects(fitted, PLATE, turned=turned)
+    told = [one for one in found if one.strength == "named"]
+    if named is None:
+        assert "time_scale" not in [one.code for one in told]
+        return
+    assert [one.code for one in told] == [named]
+    for name, value in PLATE.items():
+        off = abs((fitted[name].value or 0.0) - value)
+        assert told[0].moves.get(name, 0.0) == pytest.approx(off, rel=1e-6, abs=1e-9 * value)
+
+
 def test_leads_add_resistance_and_never_take_any_away() -> None:
     plate = {"R": 2.6, "L": 180e-6, "K": 7.68e-3, "J": 3.9e-7}
     fitted = {
