@@ -32,8 +32,8 @@ from bench.coverage.runs import record
 from motorid.capture.model import CURRENT, Capture, Curve
 from motorid.errors import MotoridError
 from motorid.estimate.results.estimate import PARAMETERS, Estimate
-from motorid.identify import fit
 from motorid.rig import Calibration, Rig
+from tests.six_parameters import fit
 
 Row = dict[str, Any]
 LINES = ("current non-linearity", "reference drift", "encoder eccentricity")

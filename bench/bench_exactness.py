@@ -29,7 +29,6 @@ from motorid.capture.model import CURRENT, POSITION, VOLTAGE, Capture, Wiring
 from motorid.estimate.effects.brush_and_heating import lossless
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS, Estimate
-from motorid.identify import fit
 from motorid.motor.reading import Output, Quantity
 from motorid.motor.response import Response
 from motorid.motor.wide import AT_REST, LANES, NAMES, WideResponse
@@ -38,6 +37,7 @@ from motorid.sim import truth
 from motorid.sim.motor import motors
 from motorid.sim.options import parse_url
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
+from tests.six_parameters import fit
 
 MOTORS = (
     FAULHABER,

@@ -18,7 +18,7 @@ from bench.foreign.cases import CASES, MAPS, MOTOR, Case, logs
 from motorid.capture.table import read_table
 from motorid.errors import MotoridError
 from motorid.estimate.results.estimate import Estimate
-from motorid.identify import fit
+from tests.six_parameters import fit
 
 
 def estimate(case: Case, folder: Path, seed: int = 0) -> Estimate:

@@ -21,13 +21,13 @@ from motorid.acquire.record import capture_all
 from motorid.capture import store
 from motorid.errors import RigError
 from motorid.estimate.uncertainty.intervals import NORMAL_95, POSITIVE
-from motorid.identify import fit
 from motorid.plan.propose import Plan
 from motorid.rig import Rig, load_rig
 from motorid.rig_file import presets
 from motorid.sim import truth
 from motorid.workflow.plan import plan_run
 from motorid.workflow.record import adjusted
+from tests.six_parameters import fit
 
 SEEDS = 20
 FACTOR = 1.25

@@ -28,11 +28,11 @@ from motorid.estimate.diagnosis.faults import scale_errors
 from motorid.estimate.diagnosis.suspects import suspects
 from motorid.estimate.fit.joint_fit import solved
 from motorid.estimate.results.estimate import Estimate
-from motorid.identify import fit
 from motorid.sim.motor import motors
 from tests.estimate.diagnosis.faults import inject
 from tests.estimate.diagnosis.faults.cases import CHAIN, COMMANDED, RPM, SCALES, Case, Runs
 from tests.estimate.diagnosis.faults.rigs import DIRECTIONS, DUTIES, Bench, without_nameplate
+from tests.six_parameters import fit
 
 NAMED_GOAL, ALARM_GOAL = 0.9, 0.05
 COST_GOAL_S = 0.03

@@ -22,10 +22,10 @@ from motorid.capture import store
 from motorid.capture.model import Capture
 from motorid.estimate.model.extended_terms import TERMS
 from motorid.estimate.results.estimate import PARAMETERS, Estimate, Parameter
-from motorid.identify import fit
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import Sampling, load_rig
 from motorid.sim import truth
+from tests.six_parameters import fit
 
 MATTERS = 0.02
 RATE_HZ = 5_000.0

@@ -20,14 +20,15 @@ def fit(
     fix: Mapping[str, float] | None = None,
     without: Sequence[str] = (),
     method: str = ML,
+    model: str = "auto",
     **search: Any,
 ) -> Estimate:
     """The estimate that captures of one motor give together.
 
     ``fix`` holds parameters at SI values; ``without`` leaves L, B or T0 out of the model. Captures
-    without a voltage or without a current are fitted by their mechanics alone. ``model``: six,
-    auto (a better model beside the six parameters where the residuals ask for one), or terms of
-    ``extended_terms`` joined by +. ``search``: that and ``budget`` and ``seed`` of another method
+    without a voltage or without a current are fitted by their mechanics alone. ``model``: auto (a
+    better model beside the six parameters where the residuals ask for one), six, or terms of
+    ``extended_terms`` joined by +. ``search``: ``budget`` and ``seed`` of another method
     (``search.fit``). Raises UsageError on an unknown name, method or model, DataError where the
     captures hold too little.
     """
@@ -43,6 +44,7 @@ def fit(
 
     if not captures:
         raise DataError("there is no capture to fit: name at least one file")
+    search = {**search, "model": model}
     for capture in captures:
         insist(capture)
     captures, between = zip(*map(own_readings, captures), strict=True)
@@ -96,8 +98,7 @@ def _fit(
     from motorid.estimate.partial import current_transient_alone, mechanical_fit
     from motorid.estimate.results.estimate import AUTO, SIX
 
-    known = {name: float(value) for name, value in (fix or {}).items()}
-    model = search.get("model", SIX)
+    known, model = {name: float(value) for name, value in (fix or {}).items()}, search["model"]
     if method != ML:
         from motorid.search.fit import fit as by_name
 

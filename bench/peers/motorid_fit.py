@@ -15,7 +15,7 @@ from problem import NAMES, PERIOD_S, start
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
 from motorid.estimate.fit.multistart import solve
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.identify import fit
+from tests.six_parameters import fit
 
 REPEATS = 5
 

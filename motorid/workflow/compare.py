@@ -16,7 +16,7 @@ from motorid.capture.model import Capture
 from motorid.errors import DataError, UsageError, nearest
 from motorid.estimate.fit.start_values import start_values
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.results.estimate import PARAMETERS
+from motorid.estimate.results.estimate import PARAMETERS, SIX
 from motorid.identify import fit
 from motorid.search import closed
 from motorid.search import fit as by_name
@@ -154,7 +154,7 @@ def _solve(
 ) -> Solution:
     begin = time.perf_counter()
     if method == DEFAULT:
-        estimate = fit(captures)
+        estimate = fit(captures, model=SIX)
         values = {name: p.value or 0.0 for name, p in estimate.parameters.items()}
         seconds = time.perf_counter() - begin
         nothing = np.empty((0, 2))

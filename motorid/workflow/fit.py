@@ -60,8 +60,7 @@ def fit_captures(
     nameplate: Stated | None = None,
     **options: Any,
 ) -> Estimate:
-    """As ``fit_files``, for captures that are loaded already. The model is auto unless given."""
-    from motorid.estimate.results.estimate import AUTO
+    """As ``fit_files``, for captures that are loaded already."""
     from motorid.identify import fit
 
     if rig is not None:
@@ -75,7 +74,7 @@ def fit_captures(
         ]
     if nameplate is not None:
         captures = [replace(c, stated=c.stated.under(nameplate)) for c in captures]
-    estimate = fit(captures, **{"model": AUTO, **options})
+    estimate = fit(captures, **options)
     if nameplate is not None:
         figures = {**nameplate.nameplate, **nameplate.thermal}
         estimate = replace(estimate, options={**estimate.options, "nameplate": figures})

@@ -78,6 +78,7 @@ def plan_run(
 def _known(rig: Rig, first: Path | None) -> tuple[Spread, Board, dict[str, Channel]]:
     """Ranges of the motor's parameters, the board, and its channels: from a first run, or asked."""
     from motorid.capture import store
+    from motorid.estimate.results.estimate import SIX
     from motorid.identify import fit
     from motorid.plan.motors import of_estimate, of_nameplate
 
@@ -85,7 +86,7 @@ def _known(rig: Rig, first: Path | None) -> tuple[Spread, Board, dict[str, Chann
         board = ask(rig)
         return of_nameplate(rig.nameplate), board, templates_of(rig, board)
     capture = store.load(first)
-    told: Estimate = fit([capture])
+    told: Estimate = fit([capture], model=SIX)
     try:
         otherwise: Spread = of_nameplate(rig.nameplate)
     except RigError:

@@ -18,7 +18,7 @@ from motorid.capture.declared import Aperture, LowPass
 from motorid.capture.model import BUTTERWORTH, CURRENT, FACTS, SPEED, Capture, Channel
 from motorid.capture.table import read_table
 from motorid.errors import UsageError
-from motorid.identify import fit
+from tests.six_parameters import fit
 
 OLD = Path(__file__).resolve().parent.parent / "corpus" / "format_1_1"
 COLUMNS = ("time=t:s", "current=i:A", "speed=n:rad/s")

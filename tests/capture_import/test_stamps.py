@@ -17,9 +17,9 @@ from motorid.capture.stamp_period import Grid
 from motorid.capture.table import STAMPS, read_table
 from motorid.errors import DataError
 from motorid.estimate.signals.time_grid import lay
-from motorid.identify import fit
 from motorid.motor.reading import Output, Quantity, Stretch
 from tests.motor_reference import Reference
+from tests.six_parameters import fit
 
 Floats = NDArray[np.float64]
 

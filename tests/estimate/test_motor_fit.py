@@ -16,8 +16,8 @@ from bench.coverage.runs import record
 from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture, Channel
 from motorid.errors import DataError, UsageError
 from motorid.estimate.results.estimate import PARAMETERS, Estimate
-from motorid.identify import fit
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
+from tests.six_parameters import fit
 
 PLAN = Plan(count=3000)
 SD = (0.004, 3e-3, 6e-3)  # A, rad, V

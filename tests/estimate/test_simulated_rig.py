@@ -13,10 +13,10 @@ from motorid.acquire.record import capture as record
 from motorid.capture import store
 from motorid.errors import DataError
 from motorid.estimate.results.estimate import PARAMETERS, Estimate
-from motorid.identify import fit
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import Sampling, load_rig
 from motorid.sim import truth
+from tests.six_parameters import fit
 
 
 def duties(decay: Decay) -> Program:

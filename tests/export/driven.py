@@ -9,10 +9,10 @@ import numpy as np
 
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
 from motorid.estimate.results.estimate import Estimate
-from motorid.identify import fit
 from motorid.motor.reading import Output, Quantity, Stretch
 from motorid.report.json_ import dumps
 from tests.motor_reference import Reference
+from tests.six_parameters import fit
 
 MOTOR = {"R": 2.6, "L": 2.6e-3, "K": 0.0257, "B": 3e-6, "J": 1.2e-5, "T0": 2e-3}
 PERIOD_S = 1e-3

@@ -14,10 +14,10 @@ from pathlib import Path
 
 from motorid.errors import MotoridError
 from motorid.estimate.results.estimate import AUTO, SIX
-from motorid.identify import fit
 from motorid.report import html, json_, text
 from tests.fuzz.fit_damage import damaged, drawn
 from tests.fuzz.sentence import check_sentence
+from tests.six_parameters import fit
 
 KEPT = Path(__file__).with_name("fit_corpus.txt")
 MOST_EVALUATIONS = 20_000  # of a capture of a thousand samples at most: ten times a good fit's

@@ -13,9 +13,9 @@ from motorid import identify
 from motorid.estimate.diagnosis.data_remarks import COARSER
 from motorid.estimate.results.estimate import AUTO
 from motorid.estimate.signals.time_grid import TICKS_PER_SAMPLE, lay
-from motorid.identify import fit
 from tests.fuzz.fit_checks import check, seeds
 from tests.fuzz.fit_damage import BASES, base, damaged, drawn
+from tests.six_parameters import fit
 
 QUICK = ("locked-rotor", "coast-down", "tachometer", "no-current", "steps")
 

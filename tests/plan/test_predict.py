@@ -11,12 +11,12 @@ from scipy.stats import chi2
 from motorid.capture.model import CURRENT, POSITION, VOLTAGE, Capture, Wiring
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.uncertainty.intervals import POSITIVE
-from motorid.identify import fit
 from motorid.motor.parameters import Motor
 from motorid.plan.predict import foresee, predict
 from motorid.plan.skeleton import Bench, skeleton
 from motorid.program import Program, Step, StepKind
 from tests.exact_capture import CLOCK_HZ, FAULHABER, clean_capture
+from tests.six_parameters import fit
 
 NOISE = {CURRENT: 0.01, POSITION: 2e-3, VOLTAGE: 0.02}
 MOTOR = Motor.of(FAULHABER)

@@ -12,9 +12,9 @@ from motorid.acquire.record import capture
 from motorid.capture import store
 from motorid.capture.model import Capture
 from motorid.estimate.results.estimate import Estimate
-from motorid.identify import fit
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import load_rig
+from tests.six_parameters import fit
 
 STAGE = re.compile(r"([\d.]+) (ms|s) (?:at ([\d.]+) V|of coasting)")
 

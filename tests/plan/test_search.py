@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from motorid.identify import fit
 from motorid.motor.parameters import mechanical_time_constant
 from motorid.plan.motors import middle, of_nameplate
 from motorid.plan.predict import predict
@@ -18,6 +17,7 @@ from motorid.plan.skeleton import Bench, skeleton
 from motorid.plan.wants import USUAL, Demand, wanted
 from motorid.rig import load_rig
 from motorid.workflow.plan import ask, benches_of, templates_of
+from tests.six_parameters import fit
 
 DRAWS = 300
 TOP_V = 5.0

@@ -12,10 +12,10 @@ import pytest
 from motorid.capture.model import CURRENT, Capture
 from motorid.errors import UsageError
 from motorid.estimate.results.estimate import Estimate
-from motorid.identify import fit
 from motorid.report.numbers import shown
 from motorid.report.views import html
 from tests.exact_capture import FAULHABER, clean_capture, noisy
+from tests.six_parameters import fit
 
 VOID = {"br"}
 

@@ -14,12 +14,12 @@ from motorid.acquire.scpi.bench_file import of_rig
 from motorid.capture import store
 from motorid.capture.model import Capture
 from motorid.errors import LinkError, RigError
-from motorid.identify import fit
 from motorid.rig import load_rig
 from motorid.toml_file import packaged
 from motorid.workflow.record import bursting
 from tests.scpi.bench import MOTOR, Bench
 from tests.scpi.rigs import mock, recorded, rig
+from tests.six_parameters import fit
 
 
 def notes(found: Capture) -> str:

@@ -14,12 +14,12 @@ from motorid.acquire.scpi.scan import scans_of
 from motorid.capture import store
 from motorid.capture.model import Capture
 from motorid.errors import LinkError, RigError
-from motorid.identify import fit
 from motorid.rig import Rig
 from tests.scpi.bench import MOTOR, SHUNT_V_A, TACHO_V_RAD_S
 from tests.scpi.daq import PACE_S, STAMP_S, Daq
 from tests.scpi.rigs import MockLink, mock, rig
 from tests.scpi.sim import SCANNER, SUPPLY, definition
+from tests.six_parameters import fit
 
 PLAIN = 'gain_uncertainty = 0.005\noffset_uncertainty = 0.005\nfilter = "0"\naperture = "0"'
 SCANNED = f"""

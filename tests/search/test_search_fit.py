@@ -10,10 +10,10 @@ import pytest
 
 from motorid.capture.model import VOLTAGE
 from motorid.errors import DataError, UsageError
-from motorid.identify import fit
 from motorid.search.fit import fit as search_fit
 from motorid.search.fit import names
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
+from tests.six_parameters import fit
 
 
 @pytest.fixture(scope="module")

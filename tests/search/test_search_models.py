@@ -8,11 +8,11 @@ import pytest
 from motorid.capture import store
 from motorid.cli.main import run
 from motorid.errors import UsageError
-from motorid.identify import fit
 from motorid.motor.batch import DRIVEN_TWO_MASS, Record, blank, quadratic
 from motorid.search.fit import fit as search_fit
 from motorid.search.review.as_capture import capture_of
 from motorid.search.review.tables import table
+from tests.six_parameters import fit
 
 NOISE = 2e-3  # of a channel's peak
 LOAD = {"R": "R", "L": "L", "K": "c", "B": "Tb", "J": "J", "T0": "Ta", "T_lc": "Tc"}

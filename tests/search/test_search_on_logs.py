@@ -10,7 +10,7 @@ import pytest
 from bench.foreign.plant import Motor, Trace, turn
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
 from motorid.errors import DataError
-from motorid.identify import fit
+from tests.six_parameters import fit
 
 MOTOR = Motor()
 NOISE = {VOLTAGE: 0.01, CURRENT: 5e-3, SPEED: 0.1}

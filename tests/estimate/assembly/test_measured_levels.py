@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from motorid.estimate.assembly.measured_levels import measured_levels
-from motorid.identify import fit
 from motorid.motor.parameters import Motor
 from motorid.segment import segment
 from tests.exact_capture import FAULHABER, Plan, clean_capture
+from tests.six_parameters import fit
 
 CAPTURE = clean_capture(FAULHABER, Plan(volts=(6.0, 3.0), count=4000))
 

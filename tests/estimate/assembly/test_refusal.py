@@ -15,9 +15,9 @@ from motorid.estimate.assembly import refusal
 from motorid.estimate.model.unexplained import Unexplained
 from motorid.estimate.results.estimate import Diagnostic, Estimate, Parameter
 from motorid.estimate.results.status import Status
-from motorid.identify import fit
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
 from tests.report.example import estimate as example
+from tests.six_parameters import fit
 
 MOST_EVALUATIONS = 10_000  # a good fit takes a tenth of it; a search without a bound ten times
 

@@ -19,12 +19,12 @@ from motorid.estimate.effects.brush_and_heating import lossless
 from motorid.estimate.fit.joint_fit import solved
 from motorid.estimate.results.estimate import Suspect
 from motorid.estimate.signals.time_grid import lay
-from motorid.identify import fit
 from motorid.report import html, json_, text
 from tests.estimate.diagnosis.faults import inject
 from tests.estimate.diagnosis.faults.cases import Runs
 from tests.estimate.diagnosis.faults.rigs import DUTIES, Bench
 from tests.report.example import estimate as example
+from tests.six_parameters import fit
 
 NAMED = Suspect("current_lag", "current", "the current comes 200 µs late", "declare it", "named")
 HIDDEN = Suspect("speed_scale", "encoder or speed", "it leaves none", "turn it", "not excluded")

@@ -13,10 +13,10 @@ from motorid.estimate.diagnosis import reach
 from motorid.estimate.diagnosis.suspects import suspects
 from motorid.estimate.fit.joint_fit import solved
 from motorid.estimate.results.estimate import Diagnostic, Estimate, Suspect
-from motorid.identify import fit
 from tests.estimate.diagnosis.faults import inject
 from tests.estimate.diagnosis.faults.cases import Runs
 from tests.estimate.diagnosis.faults.rigs import DUTIES, Bench
+from tests.six_parameters import fit
 
 WIDEST = 3.0  # times the error that the fault made
 

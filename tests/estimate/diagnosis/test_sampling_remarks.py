@@ -11,8 +11,8 @@ import pytest
 from bench.foreign.plant import Motor, turn
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
 from motorid.estimate.diagnosis import sampling_remarks
-from motorid.identify import fit
 from motorid.motor.parameters import Motor as MotorOf
+from tests.six_parameters import fit
 
 MOTOR = Motor()
 TRUE = turn(MOTOR, lambda t, w: 6.0 if 0.1 < t < 0.5 else 0.0, 0.8)

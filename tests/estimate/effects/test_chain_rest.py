@@ -20,9 +20,9 @@ from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.tangent import tangent
 from motorid.estimate.results.estimate import PARAMETERS, Estimate
 from motorid.estimate.signals.measurements import EMF
-from motorid.identify import fit
 from tests.estimate.effects.benches import POINT, moved, record, start, ticks, usual, within
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
+from tests.six_parameters import fit
 
 FULL_A = 4.0
 CLEAN = Plan(volts=(6.0, 3.0, 1.5))

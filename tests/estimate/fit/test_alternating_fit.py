@@ -18,7 +18,7 @@ from motorid.capture.model import POSITION, Capture, Channel
 from motorid.estimate.fit import alternating_fit
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Estimate
-from motorid.identify import fit
+from tests.six_parameters import fit
 
 SIX = ("R", "L", "K", "B", "J", "T0")
 STAYS = 0.01  # of a total uncertainty

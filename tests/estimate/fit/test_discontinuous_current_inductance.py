@@ -21,7 +21,7 @@ from motorid.estimate.fit.alternating_fit import vanished
 from motorid.estimate.fit.discontinuous_current_inductance import Pulses
 from motorid.estimate.results.estimate import Estimate
 from motorid.estimate.signals.source.pwm_bridge import DIODE_DROPS_V
-from motorid.identify import fit
+from tests.six_parameters import fit
 
 SIX = ("R", "L", "K", "B", "J", "T0")
 

@@ -15,7 +15,7 @@ from motorid.estimate.fit.lagging_start import Doubt, mechanics
 from motorid.estimate.fit.start_signals import Signals, signals
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
-from motorid.identify import fit
+from tests.six_parameters import fit
 
 MOTOR = Motor(R=2.0, L=1e-3, K=0.05, B=2e-5, J=2e-5, T0=4e-3)  # a time constant of 16 ms
 PERIOD_S, LATE = 6e-3, 10  # samples

@@ -24,10 +24,10 @@ from motorid.estimate.fit.repeating import is_heavy, with_repeating
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS, Estimate
 from motorid.estimate.solver.problem import Solution
-from motorid.identify import fit
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import Sampling, load_rig
 from motorid.sim import truth
+from tests.six_parameters import fit
 
 SLOW = Decay.SYNCHRONOUS_SLOW
 DRIVES = tuple(Step(StepKind.DRIVE_VOLTS, 0.08, volts, SLOW) for volts in (2.0, 5.0))

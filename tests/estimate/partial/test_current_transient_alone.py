@@ -11,7 +11,7 @@ import pytest
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
 from motorid.errors import DataError
 from motorid.estimate.partial import current_transient_alone
-from motorid.identify import fit
+from tests.six_parameters import fit
 
 R, L, FULL_A, AT_S = 2.0, 2e-3, 1.5, 4e-3
 TIME = np.arange(0.0, 0.02, 1e-4)

@@ -13,8 +13,8 @@ from motorid.capture.model import POSITION, VOLTAGE, Capture
 from motorid.errors import DataError, UsageError
 from motorid.estimate.partial import electrical_only
 from motorid.estimate.results.estimate import Estimate, Parameter
-from motorid.identify import fit
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
+from tests.six_parameters import fit
 
 K = FAULHABER["K"]
 TRUE = {

@@ -13,7 +13,7 @@ import pytest
 from bench.foreign.plant import STEP_S, Motor, turn
 from motorid.capture.model import Capture
 from motorid.capture.table import read_table
-from motorid.identify import fit
+from tests.six_parameters import fit
 
 MOTOR, PERIOD_S = Motor(), 1e-3
 JUMPS_S = (0.0203, 0.2517, 0.4831, 0.7362, 0.9685)  # each elsewhere between its rows

@@ -18,8 +18,8 @@ from motorid.errors import DataError
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.partial import locked_rotor
 from motorid.estimate.partial.locked_rotor import is_noise
-from motorid.identify import fit
 from tests.report.example import estimate
+from tests.six_parameters import fit
 
 HELD = replace(cases.MOTOR, T0=10.0)
 MOST = 20_000  # evaluations; a fit of all six takes more

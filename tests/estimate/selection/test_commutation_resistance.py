@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from motorid.identify import fit
 from motorid.program import Decay, Program, Step, StepKind
 from tests.estimate.selection.test_iron import covers, measured, named
+from tests.six_parameters import fit
 
 SHARE, LIFT = 0.07, 470.0  # of R at V/K, 781 rad/s
 LEVELS = (3.0, 6.0, 2.5)

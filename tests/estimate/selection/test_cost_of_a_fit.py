@@ -11,10 +11,10 @@ from motorid.capture import store
 from motorid.capture.model import Capture
 from motorid.estimate.results.estimate import Estimate
 from motorid.estimate.selection import entry
-from motorid.identify import fit
 from motorid.motor.tally import counting
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import Sampling, load_rig
+from tests.six_parameters import fit
 
 DRIVES = tuple(
     Step(StepKind.DRIVE_VOLTS, 0.1, volts, Decay.SYNCHRONOUS_SLOW) for volts in (2.0, 5.0)

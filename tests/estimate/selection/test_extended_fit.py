@@ -27,11 +27,11 @@ from motorid.estimate.selection import entry, extended_results
 from motorid.estimate.uncertainty import errors_in_variables
 from motorid.estimate.uncertainty.budget import of_priors
 from motorid.estimate.uncertainty.covariance import statistical
-from motorid.identify import fit
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.report import html, json_, text
 from motorid.rig import Sampling, load_rig
 from motorid.sim import truth
+from tests.six_parameters import fit
 
 SLOW = Decay.SYNCHRONOUS_SLOW
 DRIVES = tuple(Step(StepKind.DRIVE_VOLTS, 0.1, volts, SLOW) for volts in (2.0, 5.0))

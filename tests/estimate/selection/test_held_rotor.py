@@ -17,10 +17,10 @@ from motorid.capture.model import POSITION, Capture
 from motorid.errors import DataError, UsageError
 from motorid.estimate.selection.held_rotor import SHOWN
 from motorid.excitation import Levels, prbs
-from motorid.identify import fit
 from motorid.program import Program, Rotor, Step, StepKind
 from motorid.rig_file import parse
 from motorid.sim.motor import find_motor
+from tests.six_parameters import fit
 
 MOTOR = find_motor("maxon-re35")[1]
 RIG = f"""

@@ -13,10 +13,10 @@ from motorid.capture.model import Capture
 from motorid.estimate.model.extended_terms import ADDED
 from motorid.estimate.results.estimate import Estimate, Parameter
 from motorid.estimate.selection import measurands
-from motorid.identify import fit
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import load_rig
 from motorid.sim import truth
+from tests.six_parameters import fit
 
 SLOW = Decay.SYNCHRONOUS_SLOW
 

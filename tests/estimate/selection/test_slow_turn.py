@@ -9,9 +9,9 @@ import pytest
 
 from motorid.acquire import record
 from motorid.capture import store
-from motorid.identify import fit
 from motorid.rig_file import parse
 from motorid.sim.motor import find_motor
+from tests.six_parameters import fit
 
 COGGING = 1e-3  # N·m, a third of the Coulomb torque
 MOTOR = find_motor("maxon-re35")[1]

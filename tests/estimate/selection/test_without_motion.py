@@ -15,8 +15,8 @@ from scipy.integrate import solve_ivp
 from motorid.capture.model import CURRENT, VOLTAGE, Capture, Channel
 from motorid.estimate.results.status import Status
 from motorid.estimate.selection import without_motion as module
-from motorid.identify import fit
 from tests.report.example import estimate, parameter
+from tests.six_parameters import fit
 
 Floats = NDArray[np.float64]
 R, L, K, B, J, T0, VOLTS = 2.2, 1.2e-3, 0.0112, 2e-7, 2.6e-6, 1.8e-3, 12.0

@@ -14,7 +14,7 @@ from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
 from motorid.estimate.signals import curved_means
 from motorid.estimate.signals.intersample_voltage import CURVED_MEANS, MEANS, Waveform, of_log
 from motorid.estimate.signals.time_grid import Part, Timeline
-from motorid.identify import fit
+from tests.six_parameters import fit
 
 Floats = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import expm
 
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
-from motorid.identify import fit
+from tests.six_parameters import fit
 
 TRUE = {"R": 2.6, "L": 400e-6, "K": 7.68e-3, "B": 4.0e-7, "J": 6.0e-7, "T0": 1.5e-4}
 PERIOD_S = 1e-4  # L/R is one and a half of it

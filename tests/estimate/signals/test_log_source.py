@@ -10,7 +10,7 @@ from scipy.linalg import expm
 
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
 from motorid.estimate.signals.log_source import source, source_ohms
-from motorid.identify import fit
+from tests.six_parameters import fit
 
 R, L, K, B, J, T0 = 1.3, 4e-4, 0.02, 3e-6, 8e-6, 1.5e-3
 TRUE = {"R": R, "L": L, "K": K, "J": J}

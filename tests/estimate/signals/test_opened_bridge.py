@@ -14,7 +14,7 @@ from bench.foreign.plant import Drive, Motor, Trace, turn
 from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture, Channel
 from motorid.estimate.signals.log_sections import left_out, pieces
 from motorid.estimate.signals.opened_bridge import openings
-from motorid.identify import fit
+from tests.six_parameters import fit
 
 MOTOR = Motor()
 PERIOD_S, SUPPLY_V = 1e-3, 12.0

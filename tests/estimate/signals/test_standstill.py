@@ -13,10 +13,10 @@ from motorid.capture import store
 from motorid.capture.model import POSITION, Capture
 from motorid.estimate.signals.standstill import with_standstill
 from motorid.estimate.signals.time_grid import lay
-from motorid.identify import fit
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import load_rig
 from motorid.sim import truth
+from tests.six_parameters import fit
 
 
 def captured(folder: Path) -> tuple[Capture, dict[str, float]]:

@@ -13,9 +13,9 @@ from motorid.estimate.effects.influence_quantity import Use
 from motorid.estimate.effects.registry import used
 from motorid.estimate.fit import joint_fit
 from motorid.estimate.uncertainty.budget import of_priors
-from motorid.identify import fit
 from motorid.program import Decay, Program, Step, StepKind
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
+from tests.six_parameters import fit
 
 ALL_BUT_R = {name: value for name, value in FAULHABER.items() if name != "R"}
 

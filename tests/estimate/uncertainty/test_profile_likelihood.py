@@ -10,8 +10,8 @@ from motorid.estimate.fit import joint_fit
 from motorid.estimate.uncertainty.covariance import covariance_of
 from motorid.estimate.uncertainty.findings import findings
 from motorid.estimate.uncertainty.profile_likelihood import Profile, interval
-from motorid.identify import fit
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
+from tests.six_parameters import fit
 
 CLEAN = clean_capture({**FAULHABER, "B": 0.0}, Plan(count=800))
 CHI_SQUARE_95 = 1.959964**2

@@ -26,12 +26,12 @@ from motorid.estimate.results.estimate import Estimate, Parameter, Rise
 from motorid.estimate.results.status import Status
 from motorid.estimate.uncertainty import reference_temperature
 from motorid.estimate.uncertainty.reference_temperature import ambient_of, at_25, warmth_of
-from motorid.identify import fit
 from motorid.rig import Rig
 from motorid.rig_file import parse
 from motorid.sim.options import parse_url
 from motorid.sim.port import SimPort
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
+from tests.six_parameters import fit
 
 HOT = "sim://?motor=faulhaber-2338s006s&load_inertia=2e-5&ambient=31&speed=max&seed=4"
 RIG = """name = "warm"

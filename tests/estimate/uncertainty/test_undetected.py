@@ -12,9 +12,9 @@ from motorid.estimate.fit import joint_fit
 from motorid.estimate.results.estimate import Estimate
 from motorid.estimate.uncertainty import undetected
 from motorid.estimate.uncertainty.findings import findings
-from motorid.identify import fit
 from motorid.report import suspects
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
+from tests.six_parameters import fit
 
 
 def fitted(*volts: float) -> Estimate:

@@ -12,9 +12,9 @@ import pytest
 from motorid.capture.model import CURRENT, POSITION, SPEED, TORQUE, VOLTAGE, Capture, Channel
 from motorid.estimate.results.estimate import Estimate
 from motorid.estimate.uncertainty.unstated_gains import PART
-from motorid.identify import fit
 from motorid.report import html, json_, text
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
+from tests.six_parameters import fit
 
 PLAN = Plan(volts=(6.0, 3.0, 1.5), count=1200)
 TOO_MUCH = 1.0 + PART

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +38,6 @@ BLURRED = np.linspace(-FAR, FAR, 17)
 HALVINGS = 40  # of what a source may be higher by
 STEP_A = 1e-6  # a volt of _Period: without inductance there is no ripple, and the loss is a step
 ALL, NOTHING = 5, 3  # of the six points: the lowest current stays with the drive, or against it
-_erf = np.vectorize(math.erf, otypes=[float])
 
 
 @dataclass(frozen=True)
@@ -70,8 +70,7 @@ class DeadTime:
         share = capture.wiring.dead_time_s * pwm_hz
         if part.decay not in SWITCHED or not rail or not 0.0 < share < min(duty, 1 - duty):
             return None
-        period = _Period.of(rail, part.decay, duty, share, drops_v)
-        volts, losses = np.array(period.turns()).T
+        period, volts, losses = _turned(rail, part.decay, duty, share, drops_v)
         scale = STEP_A
         if inductance_h:
             straight = swings(swing_v, duty, pwm_hz, inductance_h, 0.0)[0]
@@ -84,14 +83,22 @@ class DeadTime:
         firsts = np.array([losses[NOTHING], share * rail, losses[ALL]])
         return cls(side, scale * volts, losses, blur, starts, firsts)
 
+    @cached_property
+    def _corners(self) -> list[tuple[float, float]]:
+        """The current at each point, and by how much more an ampere costs beyond it."""
+        slopes = np.diff(self.volts) / np.diff(self.amperes)
+        bends = np.diff(slopes, prepend=0.0, append=0.0)
+        return list(zip(self.amperes.tolist(), bends.tolist(), strict=True))
+
     def lost(self, current: Floats) -> Floats:
         """V (n,) less in the mean, signed like the terminals, at mean currents (n,)."""
         along = self.side * current
         lost = np.interp(along, self.amperes, self.volts)
-        bends = np.diff(np.diff(self.volts) / np.diff(self.amperes), prepend=0.0, append=0.0)
-        for bend, at in zip(bends, self.amperes, strict=True):
-            near = np.flatnonzero(np.abs(along - at) < FAR * self.blur)
-            lost[near] += bend * self.blur * _rounding((along[near] - at) / self.blur)
+        for at, bend in self._corners:
+            beyond = along - at
+            near = np.flatnonzero(np.abs(beyond) < FAR * self.blur)
+            if len(near):
+                lost[near] += bend * self.blur * _rounding(beyond[near] / self.blur)
         return np.asarray(self.side * lost)
 
     def balanced(
@@ -129,6 +136,10 @@ class DeadTime:
         """
         lost = np.interp(self.side * current, self.starts, self.firsts)
         return self.side * float(lost)
+
+
+def _erf(x: Floats) -> Floats:
+    return np.fromiter(map(math.erf, x.tolist()), dtype=np.float64, count=len(x))
 
 
 def _rounding(over: Floats) -> Floats:
@@ -190,6 +201,18 @@ class _Period:
         ends = np.concatenate([[0.0], np.cumsum(rises)])
         ends -= ends[zero]
         return float(self.shares @ (ends[1:] + ends[:-1]) / 2), self.mean - mean
+
+
+@lru_cache(maxsize=256)  # a fit asks for the same ones with every current
+def _turned(
+    rail: float, decay: Decay, duty: float, dead: float, drops_v: float
+) -> tuple[_Period, Floats, Floats]:
+    """A period, and its mean currents (6,) and losses (6,) where the current passes zero."""
+    period = _Period.of(rail, decay, duty, dead, drops_v)
+    volts, losses = np.array(period.turns()).T.copy()
+    for one in (volts, losses):
+        one.setflags(write=False)
+    return period, volts, losses
 
 
 def dead_time_loss(

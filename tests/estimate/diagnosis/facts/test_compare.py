@@ -10,9 +10,9 @@ import pytest
 from motorid.capture.model import SUPPLY_BEFORE, Capture
 from motorid.estimate.diagnosis.facts.compare import findings
 from motorid.estimate.results.status import Status
-from motorid.identify import fit
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
 from tests.report import example
+from tests.six_parameters import fit
 
 K = FAULHABER["K"]
 

@@ -10,9 +10,9 @@ import pytest
 from motorid.capture.model import CURRENT, Capture
 from motorid.estimate.diagnosis.facts.steady_levels import Level, Reached, findings
 from motorid.estimate.results.estimate import Estimate
-from motorid.identify import fit
 from motorid.motor.parameters import Motor
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
+from tests.six_parameters import fit
 
 MOTOR = Motor.of(FAULHABER)
 LONG = Plan(volts=(6.0, 3.0), count=3000)

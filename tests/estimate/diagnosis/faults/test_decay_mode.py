@@ -12,10 +12,10 @@ import pytest
 from motorid.capture.model import CURRENT, POSITION, SUPPLY, VOLTAGE, Capture
 from motorid.estimate.diagnosis.faults import decay_mode
 from motorid.estimate.results.estimate import Estimate
-from motorid.identify import fit
 from motorid.program import Decay, Program, StepKind
 from tests.estimate.diagnosis.faults.rigs import DIRECTIONS, Bench
 from tests.estimate.effects.benches import POINT, driven, record, start
+from tests.six_parameters import fit
 
 MOTOR = "dunkermotoren-gr42"
 SLOW, FAST, DIODE = Decay.SYNCHRONOUS_SLOW, Decay.FAST, Decay.DIODE

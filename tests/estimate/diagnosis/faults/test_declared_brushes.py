@@ -12,10 +12,10 @@ from motorid.capture.model import Capture
 from motorid.estimate.diagnosis.faults import declared_brushes
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
-from motorid.identify import fit
 from tests.estimate.diagnosis.faults.cases import Runs
 from tests.estimate.diagnosis.faults.rigs import DIRECTIONS, Bench
 from tests.exact_capture import FAULHABER, clean_capture
+from tests.six_parameters import fit
 
 
 def declaring(capture: Capture, drop_v: float | None) -> Capture:

@@ -18,11 +18,11 @@ from motorid.estimate.diagnosis.faults import distorted_readings as distorted
 from motorid.estimate.effects.brush_and_heating import DROP
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.results.status import Status
-from motorid.identify import fit
 from tests.estimate.diagnosis.faults import inject
 from tests.estimate.diagnosis.faults.cases import Runs
 from tests.estimate.diagnosis.faults.rigs import DIRECTIONS, Bench
 from tests.estimate.effects.benches import POINT, record, start
+from tests.six_parameters import fit
 
 Floats = NDArray[np.float64]
 WAVE = 3.0 * np.sin(np.linspace(0.01, 9.0, 400))

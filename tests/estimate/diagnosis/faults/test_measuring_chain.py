@@ -14,10 +14,10 @@ from motorid.estimate.diagnosis.faults import missing_samples
 from motorid.estimate.results.estimate import PARAMETERS, Estimate, Parameter
 from motorid.estimate.results.status import Status
 from motorid.estimate.signals.time_grid import lay
-from motorid.identify import fit
 from tests.estimate.diagnosis.faults import inject
 from tests.estimate.diagnosis.faults.cases import CHAIN, COMMANDED, Case, Runs
 from tests.estimate.diagnosis.faults.rigs import DIRECTIONS, DUTIES, Bench
+from tests.six_parameters import fit
 
 SIGNS = [c for c in CHAIN if c.code.endswith("_sign")]
 # the fit starts from far away, or tries many others before

@@ -14,11 +14,11 @@ from motorid.capture.units import unit_of
 from motorid.estimate.diagnosis.faults import scale_errors
 from motorid.estimate.results.estimate import Parameter
 from motorid.estimate.results.status import Status
-from motorid.identify import fit
 from tests.estimate.diagnosis.faults import inject
 from tests.estimate.diagnosis.faults.cases import SCALES, Case, Runs
 from tests.estimate.diagnosis.faults.rigs import DUTIES, Bench, without_nameplate
 from tests.exact_capture import FAULHABER, Plan, clean_capture
+from tests.six_parameters import fit
 
 FACTOR = 1.25
 

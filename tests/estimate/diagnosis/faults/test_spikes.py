@@ -10,8 +10,8 @@ import pytest
 from motorid.capture.model import CURRENT, POSITION, VOLTAGE, Capture
 from motorid.estimate.diagnosis.faults import spikes
 from motorid.estimate.results.estimate import PARAMETERS, Estimate
-from motorid.identify import fit
 from tests.exact_capture import FAULHABER, Plan, clean_capture
+from tests.six_parameters import fit
 
 PLACES = [300, 420, 780]
 

@@ -12,7 +12,6 @@ from motorid.estimate.effects.action import SourceVoltage
 from motorid.estimate.effects.bridge.pulse_distortion import PULSE_DISTORTION, USUAL_S
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
-from motorid.identify import fit
 from motorid.program import Decay
 from tests.estimate.effects.benches import record
 from tests.estimate.effects.bridge.commanded import (
@@ -23,6 +22,7 @@ from tests.estimate.effects.bridge.commanded import (
     longer_by,
 )
 from tests.exact_capture import FAULHABER
+from tests.six_parameters import fit
 
 LONGER_S = 2e-7
 

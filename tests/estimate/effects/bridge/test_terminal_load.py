@@ -13,9 +13,9 @@ from motorid.estimate.effects.influence_quantity import Instance
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.tangent import tangent
 from motorid.estimate.results.estimate import PARAMETERS, Estimate
-from motorid.identify import fit
 from tests.estimate.effects.benches import POINT, record, start
 from tests.exact_capture import FAULHABER, Plan, clean_capture, ended, noisy
+from tests.six_parameters import fit
 
 LOAD_OHM = 600.0
 PLAN = Plan(volts=(6.0, -4.0, 2.0))

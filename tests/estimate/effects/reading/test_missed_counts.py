@@ -16,9 +16,9 @@ from motorid.estimate.effects.reading import missed_counts
 from motorid.estimate.effects.reading.missed_counts import MISSED_COUNTS
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.status import Status
-from motorid.identify import fit
 from tests.estimate.effects.benches import POINT, record, start, usual
 from tests.exact_capture import FAULHABER, Plan, clean_capture, ended, noisy
+from tests.six_parameters import fit
 
 PLAN = Plan(volts=(6.0, -4.5, 3.0, -6.0, 1.5), count=4000)
 TOP = 6.0 / FAULHABER["K"]  # rad/s

@@ -10,9 +10,9 @@ import pytest
 from motorid.capture.model import POSITION, SPEED, Capture, Channel
 from motorid.estimate.effects.reading.speed_dead_band import SPEED_DEAD_BAND, swallowed
 from motorid.estimate.results.status import Status
-from motorid.identify import fit
 from tests.estimate.effects.benches import moved, record, usual
 from tests.exact_capture import FAULHABER, Plan, clean_capture, ended, noisy
+from tests.six_parameters import fit
 
 PLAN = Plan(volts=(6.0, -4.0, 2.0))
 NOISE = 0.3  # rad/s

@@ -17,12 +17,12 @@ from motorid.estimate.fit.multistart import whitened
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS, Parameter
 from motorid.estimate.uncertainty import budget
-from motorid.identify import fit
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import load_rig
 from motorid.sim.chain import draw_chain
 from motorid.sim.options import parse_url
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
+from tests.six_parameters import fit
 
 LATE_S = 3e-7
 

@@ -18,7 +18,7 @@ from bench.foreign.plant import STEP_S, Motor, Trace, turn
 from motorid.capture.model import Capture
 from motorid.capture.table import read_table
 from motorid.estimate.results.estimate import Estimate
-from motorid.identify import fit
+from tests.six_parameters import fit
 
 Floats = NDArray[np.float64]
 Spoil = Callable[[Floats], Floats]

@@ -16,7 +16,7 @@ from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
 from motorid.estimate.fit.joint_fit import solved
 from motorid.estimate.fit.logs import log_grid
 from motorid.estimate.signals.time_grid import FINER_GRID, lay
-from motorid.identify import fit
+from tests.six_parameters import fit
 
 RATE = 2500.0
 MOTOR = Motor(0.5, 0.5 * 0.16 / RATE, 0.038, 7e-5, 4e-5, 14e-3, 12.0)  # L/R of .16 samples

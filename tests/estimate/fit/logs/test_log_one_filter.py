@@ -19,7 +19,7 @@ from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.findings import findings
-from motorid.identify import fit
+from tests.six_parameters import fit
 
 RATE, TICKS, CLOCK_HZ = 10_000.0, 8, 1e9
 MOTOR = Motor(0.5, 0.5 * 1.5 / RATE, 0.038, 7e-5, 1.5e-5, 14e-3, 12.0)  # L/R of 1.5 samples

@@ -20,10 +20,10 @@ from motorid.capture.model import SPEED
 from motorid.estimate.fit.joint_fit import solved
 from motorid.estimate.fit.logs import log_readings
 from motorid.estimate.signals.intersample_voltage import LOOSE, LOOSE_SOURCE, MEANS
-from motorid.identify import fit
 from tests.estimate.fit.logs.test_log_fit import MOTOR, PERIOD_S, Floats, logged
 from tests.estimate.fit.made_fits import PERIOD_S as MADE_PERIOD_S
 from tests.estimate.fit.made_fits import record, solution
+from tests.six_parameters import fit
 
 EVERY = round(PERIOD_S / STEP_S)
 TRUTH = {name: getattr(MOTOR, name) for name in ("R", "L", "K", "J")}

@@ -15,7 +15,7 @@ from bench.mistakes.logs import MAPS, STATIONS, Floats, Log, Station, table, tex
 from motorid.capture.table import read_table
 from motorid.estimate.results.estimate import PARAMETERS, Estimate
 from motorid.estimate.results.status import Status
-from motorid.identify import fit
+from tests.six_parameters import fit
 
 MEDIUM = STATIONS[1]
 Smoothing = Callable[[Floats], Floats]

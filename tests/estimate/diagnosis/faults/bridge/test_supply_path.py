@@ -11,10 +11,10 @@ from motorid.estimate.diagnosis.faults.bridge import supply_path
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.results.status import Status
-from motorid.identify import fit
 from tests.estimate.effects.benches import record
 from tests.estimate.effects.bridge.commanded import commanded, with_noise
 from tests.exact_capture import FAULHABER
+from tests.six_parameters import fit
 
 PATH_OHM = 0.05  # 2 % of R
 
