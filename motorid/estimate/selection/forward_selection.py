@@ -365,21 +365,9 @@ def _rivals(
     return near, [c for c in waiting if c not in near]
 
 
-def _shifted(now: _Model, candidate: Candidate) -> dict[str, float]:
-    """The parameters where straight lines see them beside the term; those that are positive by a
-    factor of e at most.
-    """
-    out = dict(now.values)
-    for name, shift in candidate.shift.items():
-        value = out[name]
-        if value > 0.0 and candidate.changes:
-            out[name] = value * float(np.exp(np.clip(shift / value, -1.0, 1.0)))
-    return out
-
-
 def _unsettled(now: _Model, candidates: Sequence[Candidate]) -> list[Unsettled]:
     """What was not fitted, where straight lines see it."""
-    return [Unsettled(c.term, _shifted(now, c)) for c in candidates]
+    return [Unsettled(c.term, c.shifted(now.values)) for c in candidates]
 
 
 def _little(candidate: Candidate) -> Candidate:
@@ -406,5 +394,5 @@ def _begun(now: _Model, candidate: Candidate) -> Begun:
     return begin(
         now.records, now.solution, (*now.taken, *candidate.terms),
         fixed={n: v for n, v in fixed.items() if all(n not in t.free for t in candidate.terms)},
-        start={**_shifted(now, candidate), **candidate.start}, own=own,
+        start={**candidate.shifted(now.values), **candidate.start}, own=own,
     )  # fmt: skip

@@ -49,6 +49,16 @@ class Candidate:
     counts: float = 0.0
     alike: tuple[Candidate, ...] = ()
 
+    def shifted(self, values: Mapping[str, float]) -> dict[str, float]:
+        """The parameters where straight lines see them beside the term; those that are positive by
+        a factor of e at most.
+        """
+        out = dict(values)
+        for name, shift in self.shift.items():
+            if out[name] > 0.0 and self.changes:
+                out[name] *= float(np.exp(np.clip(shift / out[name], -1.0, 1.0)))
+        return out
+
     @property
     def terms(self) -> tuple[Term, ...]:
         """All that a fit of it adds; the term itself is the last."""

@@ -132,14 +132,14 @@ def test_three_rivals_at_most_and_those_that_promise_most() -> None:
 
 
 def test_a_fit_begins_where_straight_lines_see_its_parameters() -> None:
-    now: Any = SimpleNamespace(values={"R": 2.0, "K": 0.5, "T0": 0.0})
+    values = {"R": 2.0, "K": 0.5, "T0": 0.0}
     lines = Candidate(A, 9.0, {"R": 1.0, "K": -4.0, "T0": 3.0}, {}, (), (np.zeros((1, 2)),))
-    found = forward._shifted(now, lines)
+    found = lines.shifted(values)
     assert found["R"] == pytest.approx(2.0 * np.exp(0.5))
     assert found["K"] == pytest.approx(0.5 / np.e)  # by a factor of e at most
     assert found["T0"] == 0.0
-    assert forward._shifted(now, candidate(A, R=1.0)) == now.values  # no straight line
-    assert now.values["R"] == 2.0
+    assert candidate(A, R=1.0).shifted(values) == values  # no straight line
+    assert values["R"] == 2.0
 
 
 def asked(

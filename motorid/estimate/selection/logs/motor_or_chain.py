@@ -26,7 +26,7 @@ from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.selection.evidence import MARGIN
 from motorid.estimate.selection.extended_fit import begin, sizes_by_name
-from motorid.estimate.selection.score_test import Candidate, screen
+from motorid.estimate.selection.score_test import screen
 from motorid.estimate.signals.intersample_voltage import JOINED, LEVEL, Shape
 
 SHAPES: tuple[Shape, ...] = (JOINED, *LEVEL)
@@ -87,7 +87,7 @@ def _left_by_terms(
     cost = float(np.log(readings(records)))
     for one in screen(records, white, values)[:FITTED]:
         rough = begin(
-            records, white, one.terms, fixed=held, start={**_near(values, one), **one.start},
+            records, white, one.terms, fixed=held, start={**one.shifted(values), **one.start},
             own=one.beside(own),
         ).followed()  # fmt: skip
         if rough is not None:
@@ -95,12 +95,3 @@ def _left_by_terms(
                 len(term.free) + (len(records) if term.phase else 0) for term in one.terms
             )
             yield rough.solution.objective + unknowns * cost
-
-
-def _near(values: Mapping[str, float], one: Candidate) -> dict[str, float]:
-    """The parameters where straight lines see them beside it, by a factor of e at most."""
-    out = dict(values)
-    for name, shift in one.shift.items():
-        if values[name] > 0.0:
-            out[name] = values[name] * float(np.exp(np.clip(shift / values[name], -1.0, 1.0)))
-    return out
