@@ -118,7 +118,7 @@ def _answer(
         return estimate, records, solution
     if model == SIX or (K.unknown and not terms):  # a wider model would know K even less
         return estimate, records, solution
-    if not terms and _outlying(records):
+    if not terms and any(r.outlying for r in records):  # any term explains what lies far off
         return estimate, records, solution
     held = held_values(fix, without)
     if terms:
@@ -144,11 +144,6 @@ def _answer(
     estimate = with_unsettled(_said(replace(estimate, alternative=better), fitted), unsettled)
     widest = found if terms else known_beside(found, chosen.harmless, fix, without)
     return with_seen(estimate, widest), fitted.records, fitted.solution
-
-
-def _outlying(records: Sequence[MotorRecord]) -> bool:
-    """A few readings lie far off: any term is welcome that explains them."""
-    return any(record.outlying for record in records)
 
 
 def _closed(
