@@ -9,7 +9,7 @@ import numpy as np
 from motorid.capture.model import Channel, Wiring
 
 FORMAT = "motorid capture"
-MAJOR, MINOR = 1, 5
+MAJOR, MINOR = 1, 6
 SEALED_MINOR = 1  # from this minor on a file carries the digest of its content
 DECLARED_MINOR = 2  # from this minor on a file says which facts of a channel nobody stated
 CHUNK = 1 << 16  # rows of a column that share a checksum
