@@ -28,7 +28,7 @@ def told(
     for name, share in shares.items():
         low, high = one.parameters[name].interval_95 or (0.0, 0.0)
         moves[name] = share * (high - low) / 2.0
-    block = SimpleNamespace(count=4)
+    block = SimpleNamespace(name="current", count=4)
     measured = [SimpleNamespace(block=block, noise=sd, resolution=0.0) for sd in (0.0, 0.3)]
     left = [[np.full(4, 9.0), np.full(4, 0.3 * times)]]
     monkeypatch.setattr(lack_of_fit.misfit, "residuals", lambda *_: left)
