@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -36,7 +37,8 @@ def fit(
     from motorid.errors import DataError
     from motorid.estimate.assembly.doubt import settled
     from motorid.estimate.diagnosis.facts.compare import findings
-    from motorid.estimate.diagnosis.facts.pwm_frequency import corrected
+    from motorid.estimate.diagnosis.facts.pwm.alignment import aligned
+    from motorid.estimate.diagnosis.facts.pwm.frequency import corrected
     from motorid.estimate.fit.rough_fit import departures
     from motorid.estimate.signals import voltage_low_pass
     from motorid.estimate.signals.upsampled_rows import own_readings
@@ -49,15 +51,15 @@ def fit(
         insist(capture)
     captures, between = zip(*map(own_readings, captures), strict=True)
     captures, filtered = zip(*map(voltage_low_pass.declared, captures), strict=True)
-    estimate = _fit(captures, fix, without, method, search)
+    again = partial(_fit, fix=fix, without=without, method=method, search=search)
+    estimate = again(captures)
     if method == ML:
-        captures, estimate = corrected(
-            captures,
-            estimate,
-            lambda c: _fit(c, fix, without, ML, search),
-            lambda c, values, of=(): departures(c, values, fix or {}, without, of),
-        )
-    said = tuple(findings(captures, estimate, lambda c: _fit(c, fix, without, method, search)))
+        glance = partial(departures, fix=fix or {}, without=without)
+        stated = captures
+        captures, estimate = corrected(captures, estimate, again, glance)
+        if captures is stated:
+            captures, estimate = aligned(captures, estimate, again, glance)
+    said = tuple(findings(captures, estimate, again))
     said = (*filter(None, between), *_of_logs(captures, estimate), *said)
     named = tuple(dict.fromkeys(one for one in filtered if one is not None))[:1]
     estimate = replace(estimate, suspects=(*named, *estimate.suspects))

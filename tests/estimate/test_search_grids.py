@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from motorid.estimate.diagnosis import foreign_voltage
-from motorid.estimate.diagnosis.facts import pwm_frequency
+from motorid.estimate.diagnosis.facts.pwm import frequency
 from motorid.estimate.diagnosis.faults import (
     channel_delay,
     load_slip,
@@ -48,7 +48,7 @@ GRIDS = {  # values; the span to cover; the largest ratio between neighbours
     "acceleration of a slipping load": (load_slip.RATES, 0.03, 0.9, 1.3),
     "end of a range": (saturation.SHARES, 0.65, 0.97, 1.25),
     "rows of a line": (lost_rows.SIDES, 5.0, 20.0, 2.0),
-    "a wrong PWM frequency": (pwm_frequency.FACTORS, 0.25, 4.0, 4.0),
+    "a wrong PWM frequency": (frequency.FACTORS, 0.25, 4.0, 4.0),
     "share of an inertia behind a shaft": (shaft_resonance.SHARES, 0.3, 0.85, 2.0),
     "windows of a smooth voltage": (smoothing.WINDOWS, 4.0, 64.0, 2.0),
     "windows beside a jump": (voltage_smoothing.HALF_WINDOWS, 4.0, 128.0, 2.0),
@@ -88,7 +88,7 @@ def test_frequencies_about_a_peak_lie_on_both_sides() -> None:
 
 
 def test_a_wrong_frequency_is_tried_both_ways() -> None:
-    factors = np.array(pwm_frequency.FACTORS)
+    factors = np.array(frequency.FACTORS)
     assert factors * factors[::-1] == pytest.approx(1.0)
 
 

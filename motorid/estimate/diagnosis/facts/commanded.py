@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from motorid.capture.model import VOLTAGE, Capture
-from motorid.estimate.diagnosis.facts.pwm_aliasing import aliased
+from motorid.estimate.diagnosis.facts.pwm.aliasing import aliased
 from motorid.estimate.results.estimate import Diagnostic, Parameter
 from motorid.estimate.signals.time_grid import lay
 from motorid.program import Decay, StepKind

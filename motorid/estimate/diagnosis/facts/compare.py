@@ -11,7 +11,6 @@ from motorid.estimate.diagnosis.facts import (
     doubled_rows,
     plate,
     pooled,
-    pwm_aliasing,
     supply,
     supply_current,
     swapped_columns,
@@ -19,6 +18,7 @@ from motorid.estimate.diagnosis.facts import (
     unreached_command,
     voltage_scale,
 )
+from motorid.estimate.diagnosis.facts.pwm import aliasing
 from motorid.estimate.results.estimate import Diagnostic, Estimate
 
 
@@ -37,7 +37,7 @@ def findings(
         yield from coupled_current.findings(capture, where)
         yield from doubled_rows.findings(capture, estimate.parameters, where)
         yield from supply.findings(capture, estimate.parameters, where)
-        yield from pwm_aliasing.findings(capture, estimate.parameters, where)
+        yield from aliasing.findings(capture, estimate.parameters, where)
         above = tuple(commanded.findings(capture, estimate.parameters, where))
         yield from above or voltage_scale.findings(capture, estimate.parameters, where)
         yield from unreached_command.findings(capture, where)

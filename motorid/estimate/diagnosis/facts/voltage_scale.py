@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, SUPPLY, VOLTAGE, Capture
-from motorid.estimate.diagnosis.facts.pwm_aliasing import aliased
+from motorid.estimate.diagnosis.facts.pwm.aliasing import aliased
 from motorid.estimate.results.estimate import Diagnostic, Parameter
 from motorid.estimate.signals.time_grid import Part, lay
 from motorid.estimate.solver.dense_products import square

@@ -13,7 +13,8 @@ import pytest
 
 from motorid.capture.model import SUPPLY_BEFORE, Capture, Stated
 from motorid.errors import DataError
-from motorid.estimate.diagnosis.facts import commanded, pooled, pwm_aliasing, supply
+from motorid.estimate.diagnosis.facts import commanded, pooled, supply
+from motorid.estimate.diagnosis.facts.pwm import aliasing
 from motorid.estimate.results.estimate import Diagnostic, Estimate, Parameter
 from motorid.estimate.results.status import Status
 from motorid.estimate.signals.time_grid import Part
@@ -161,16 +162,16 @@ def seen_through(aperture_s: float, **changes: Any) -> Capture:
 
 @pytest.mark.parametrize("periods", [1.0, 2.0, 5.0])
 def test_whole_periods_are_not_remarked_on(periods: float) -> None:
-    assert list(pwm_aliasing.findings(seen_through(periods / 20e3), MOTOR)) == []
+    assert list(aliasing.findings(seen_through(periods / 20e3), MOTOR)) == []
 
 
 @pytest.mark.parametrize(("periods", "wrong"), [(1.6, 0.6), (0.4, 2.0), (0.0, 3.0)])
 def test_part_of_a_period_in_step_with_the_samples_is_named(periods: float, wrong: float) -> None:
     kind = "mean" if periods else "instant"
     capture = seen_through(periods / 20e3, kind=kind)
-    (said,) = pwm_aliasing.findings(capture, MOTOR)
+    (said,) = aliasing.findings(capture, MOTOR)
     assert "stays the same" in said.message
-    found = pwm_aliasing.aliased(capture)
+    found = aliasing.aliased(capture)
     assert found is not None
     assert found.error_v > wrong
     assert found.error_v == pytest.approx(worst(found.level_v / 7.0, periods), rel=0.02)
@@ -188,7 +189,7 @@ def worst(duty: float, periods: float) -> float:
 
 def test_a_filter_before_the_converter_takes_it_away() -> None:
     kept = seen_through(0.0, kind="instant", filter_s=5e-3, delay_s=5e-3)
-    assert list(pwm_aliasing.findings(kept, MOTOR)) == []
+    assert list(aliasing.findings(kept, MOTOR)) == []
 
 
 def test_a_fast_beat_is_noise_and_a_slow_one_is_not() -> None:
@@ -196,8 +197,8 @@ def test_a_fast_beat_is_noise_and_a_slow_one_is_not() -> None:
     slow = replace(seen_through(8e-5), wiring=replace(run().wiring, pwm_hz=20_002.0))
     rail = {"supply_voltage_v": 7.0}
     fast, slow = (replace(c, wiring=replace(c.wiring, **rail)) for c in (fast, slow))
-    assert list(pwm_aliasing.findings(fast, MOTOR)) == []
-    (said,) = pwm_aliasing.findings(slow, MOTOR)
+    assert list(aliasing.findings(fast, MOTOR)) == []
+    (said,) = aliasing.findings(slow, MOTOR)
     assert "comes and goes at 2 Hz" in said.message
 
 
@@ -233,10 +234,10 @@ def test_a_small_level_is_wrong_by_more_of_itself(level_v: float) -> None:
     part = Part(0, 100, StepKind.DRIVE_VOLTS, level_v, Decay.SYNCHRONOUS_SLOW)
     duty = Part(0, 100, StepKind.DRIVE_DUTY, -level_v / 7.0, Decay.SYNCHRONOUS_SLOW)
     channel = seen_through(0.4 / 20e3).channels["terminal_voltage"]
-    found = pwm_aliasing._of_part(part, 7.0, channel, 20e3)
+    found = aliasing._of_part(part, 7.0, channel, 20e3)
     assert found is not None
     assert found.level_v == pytest.approx(level_v)
     assert found.error_v == pytest.approx(worst(level_v / 7.0, 0.4), rel=0.02)
-    other = pwm_aliasing._of_part(duty, 7.0, channel, 20e3)
+    other = aliasing._of_part(duty, 7.0, channel, 20e3)
     assert other is not None
     assert (other.level_v, other.error_v) == pytest.approx((found.level_v, found.error_v))

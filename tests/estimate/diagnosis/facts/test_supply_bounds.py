@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import SUPPLY, SUPPLY_BEFORE, VOLTAGE, Capture
-from motorid.estimate.diagnosis.facts import pwm_aliasing, supply
+from motorid.estimate.diagnosis.facts import supply
+from motorid.estimate.diagnosis.facts.pwm import aliasing
 from motorid.estimate.results.estimate import Diagnostic
 from motorid.program import Decay, StepKind
 from tests.estimate.diagnosis.facts.test_bench_facts import MOTOR, by_duty, read, run
@@ -89,27 +90,27 @@ def test_a_parts_later_half_is_read() -> None:
 
 def test_what_a_part_of_a_period_may_do() -> None:
     """2.5 times its share of the level, and to friction anything."""
-    found = pwm_aliasing.Aliased(4.0, 0.4)
+    found = aliasing.Aliased(4.0, 0.4)
     assert found.share == pytest.approx(0.1)
     six = {**MOTOR, "L": replace(MOTOR["L"], value=None)}
-    moves = pwm_aliasing.moves(found, six)
+    moves = aliasing.moves(found, six)
     assert moves == pytest.approx(
         {"R": 0.25 * (MOTOR["R"].value or 0.0), "K": 0.25 * (MOTOR["K"].value or 0.0),
          "J": 0.25 * (MOTOR["J"].value or 0.0), "B": math.inf, "T0": math.inf}
     )  # fmt: skip
-    assert pwm_aliasing.moves(pwm_aliasing.Aliased(1.0, 0.5), MOTOR)["K"] == MOTOR["K"].value
+    assert aliasing.moves(aliasing.Aliased(1.0, 0.5), MOTOR)["K"] == MOTOR["K"].value
 
 
 def test_a_harmless_error_is_not_said(monkeypatch: pytest.MonkeyPatch) -> None:
     capture = run(supply_voltage_v=7.0)
     for share, count in ((0.009, 0), (0.011, 1)):
-        one = pwm_aliasing.Aliased(1.0, share)
-        monkeypatch.setattr(pwm_aliasing, "aliased", lambda _, one=one: one)
-        said = list(pwm_aliasing.findings(capture, MOTOR, " in run 2"))
+        one = aliasing.Aliased(1.0, share)
+        monkeypatch.setattr(aliasing, "aliased", lambda _, one=one: one)
+        said = list(aliasing.findings(capture, MOTOR, " in run 2"))
         assert len(said) == count
         assert all(" in run 2: let the board average" in one.message for one in said)
-        monkeypatch.setattr(pwm_aliasing, "beat_hz", lambda *_: None)
-        assert list(pwm_aliasing.findings(capture, MOTOR)) == []
+        monkeypatch.setattr(aliasing, "beat_hz", lambda *_: None)
+        assert list(aliasing.findings(capture, MOTOR)) == []
         monkeypatch.undo()
 
 
@@ -117,12 +118,12 @@ def test_nothing_is_seen_in_part_without_a_pwm_a_supply_or_readings() -> None:
     whole = run(supply_voltage_v=7.0)
     volts = replace(whole.channels[VOLTAGE], aperture_s=0.4 / 20e3)
     seen = replace(whole, channels={**whole.channels, VOLTAGE: volts})
-    worst = pwm_aliasing.aliased(seen)
+    worst = aliasing.aliased(seen)
     assert worst is not None
     assert worst.level_v == pytest.approx(3.0)  # of 3 and 6 V, the larger share of itself
     for wiring in ({"pwm_hz": 0.0}, {"supply_voltage_v": 0.0}):
-        assert pwm_aliasing.aliased(replace(seen, wiring=replace(seen.wiring, **wiring))) is None
+        assert aliasing.aliased(replace(seen, wiring=replace(seen.wiring, **wiring))) is None
     bare = {n: c for n, c in seen.channels.items() if n != VOLTAGE}
-    assert pwm_aliasing.aliased(replace(seen, channels=bare)) is None
+    assert aliasing.aliased(replace(seen, channels=bare)) is None
     part: Any = SimpleNamespace(level=7.0, kind=StepKind.DRIVE_VOLTS, decay=Decay.SYNCHRONOUS_SLOW)
-    assert pwm_aliasing._of_part(part, 7.0, volts, 20e3) is None  # all of the supply
+    assert aliasing._of_part(part, 7.0, volts, 20e3) is None  # all of the supply

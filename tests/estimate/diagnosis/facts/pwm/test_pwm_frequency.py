@@ -14,7 +14,7 @@ from bench.mistakes.capture_cases import of_pwm, with_supply
 from bench.mistakes.captures import Rigged, answer, preset
 from motorid.capture.model import CURRENT
 from motorid.errors import DataError
-from motorid.estimate.diagnosis.facts import pwm_frequency
+from motorid.estimate.diagnosis.facts.pwm import frequency
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.results.status import Status
 from tests.exact_capture import FAULHABER, Plan, clean_capture
@@ -63,7 +63,7 @@ def no_glance(captures: Any, values: Any) -> Any:
 
 @pytest.mark.slow
 def test_the_frequency_that_explains_the_current_is_taken() -> None:
-    found, estimate = pwm_frequency.corrected([capture(80e3)], left(12.0), fits(20e3), no_glance)
+    found, estimate = frequency.corrected([capture(80e3)], left(12.0), fits(20e3), no_glance)
     assert found[0].wiring.pwm_hz == 20e3
     (said,) = estimate.suspects
     assert said.allowed
@@ -76,7 +76,7 @@ def test_the_frequency_that_explains_the_current_is_taken() -> None:
 def test_none_is_taken_that_explains_no_more(pwm_hz: float, slow: float) -> None:
     """No factor of two leads to the right one; the current is left its noise; there is no PWM."""
     given, before = [capture(pwm_hz)], left(slow)
-    found = pwm_frequency.corrected(given, before, fits(33e3), no_glance)
+    found = frequency.corrected(given, before, fits(33e3), no_glance)
     assert found[0] is given
     assert found[1] is before
 
@@ -84,7 +84,7 @@ def test_none_is_taken_that_explains_no_more(pwm_hz: float, slow: float) -> None
 def test_none_is_looked_for_where_no_motor_explains_the_readings() -> None:
     given = [capture(80e3)]
     refused = left(12.0, Status.NOT_SUPPORTED)
-    assert pwm_frequency.corrected(given, refused, fits(20e3), no_glance) == (given, refused)
+    assert frequency.corrected(given, refused, fits(20e3), no_glance) == (given, refused)
 
 
 @pytest.mark.parametrize(("chi_square", "looked_for"), [(1.2, False), (2.0, True)])
@@ -93,7 +93,7 @@ def test_none_is_looked_for_where_a_wider_model_explains_the_readings(
 ) -> None:
     wider = SimpleNamespace(chi_square=400 * chi_square, degrees_of_freedom=400)
     before = replace(left(12.0), alternative=wider)
-    found, _ = pwm_frequency.corrected([capture(80e3)], before, fits(20e3), no_glance)
+    found, _ = frequency.corrected([capture(80e3)], before, fits(20e3), no_glance)
     assert (found[0].wiring.pwm_hz == 20e3) == looked_for
 
 
@@ -124,7 +124,7 @@ def test_one_fit_is_made_where_a_glance_tells_the_likeliest(shown: float) -> Non
         seen.append(captures[0].wiring.pwm_hz)
         return fits(20e3)(captures)
 
-    found, estimate = pwm_frequency.corrected([capture(80e3)], known(12.0), fit, glance)
+    found, estimate = frequency.corrected([capture(80e3)], known(12.0), fit, glance)
     assert seen == [shown]
     assert found[0].wiring.pwm_hz == (20e3 if shown == 20e3 else 80e3)
     assert bool(estimate.suspects) == (shown == 20e3)
@@ -134,13 +134,13 @@ def test_every_fit_is_made_where_a_glance_cannot_be_taken() -> None:
     def glance(captures: Any, values: Any) -> Any:
         raise DataError("no start values")
 
-    found, _ = pwm_frequency.corrected([capture(80e3)], known(12.0), fits(20e3), glance)
+    found, _ = frequency.corrected([capture(80e3)], known(12.0), fits(20e3), glance)
     assert found[0].wiring.pwm_hz == 20e3
 
 
 def test_no_fit_is_made_where_a_glance_shows_nothing() -> None:
     given, before = [capture(80e3)], known(12.0)
-    found = pwm_frequency.corrected(
+    found = frequency.corrected(
         given, before, fits(20e3), lambda captures, values: [NOISE + 12.0 * SLOW]
     )
     assert found == (given, before)
@@ -163,5 +163,5 @@ def test_a_gain_is_of_the_size_of_what_is_left_each_reading_alike() -> None:
     before = [np.array([2.0, -2.0, 2.0]), np.array([1.0])]
     after = [np.array([1.0, 1.0, -1.0]), np.array([4.0])]
     expected = (3.0 * np.log(2.0) - np.log(4.0)) / 4.0
-    assert pwm_frequency._gain(before, after) == pytest.approx(expected)
-    assert pwm_frequency._gain(before, []) == 0.0
+    assert frequency._gain(before, after) == pytest.approx(expected)
+    assert frequency._gain(before, []) == 0.0

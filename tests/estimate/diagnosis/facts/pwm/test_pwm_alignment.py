@@ -12,7 +12,7 @@ import pytest
 from motorid import api
 from motorid.capture.model import CURRENT, POSITION, Capture
 from motorid.errors import DataError
-from motorid.estimate.diagnosis.facts import pwm_frequency
+from motorid.estimate.diagnosis.facts.pwm import alignment
 from motorid.estimate.results.estimate import Estimate
 from motorid.estimate.results.status import Status
 from motorid.estimate.signals.source.pwm_bridge import stretch_of
@@ -98,7 +98,7 @@ def glancing(left: dict[float, float]) -> Any:
 
 def taken(before: Any, glance: Any, after: Any, capture: Capture | None = None) -> Any:
     """The place that is taken, and what is answered."""
-    found, answer = pwm_frequency._aligned([capture or run()], before, lambda _: after, glance)
+    found, answer = alignment.aligned([capture or run()], before, lambda _: after, glance)
     return found[0].wiring.pwm_alignment, answer
 
 
@@ -111,7 +111,7 @@ def replaced(monkeypatch: pytest.MonkeyPatch) -> None:
             return SimpleNamespace(**{**vars(one), **changed})
         return replace(one, **changed)
 
-    monkeypatch.setattr(pwm_frequency, "replace", of)
+    monkeypatch.setattr(alignment, "replace", of)
 
 
 @pytest.mark.usefixtures("replaced")

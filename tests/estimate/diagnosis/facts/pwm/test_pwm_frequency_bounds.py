@@ -11,9 +11,9 @@ import pytest
 
 from motorid.capture.model import CURRENT, SPEED
 from motorid.errors import DataError
-from motorid.estimate.diagnosis.facts import pwm_frequency
+from motorid.estimate.diagnosis.facts.pwm import frequency
 from motorid.estimate.results.status import Status
-from tests.estimate.diagnosis.facts.test_pwm_frequency import Told
+from tests.estimate.diagnosis.facts.pwm.test_pwm_frequency import Told
 
 ONES = np.ones(64)
 NOISE = np.random.default_rng(6).standard_normal(6000)
@@ -64,15 +64,15 @@ def glance_of(sizes: dict[float, Any]) -> Any:
     ("offset", "misfits"), [(1.35, False), (1.65, True)]
 )  # root mean squares of 1.68 and 1.93
 def test_a_current_is_left_nearly_twice_its_noise(offset: float, misfits: bool) -> None:
-    assert pwm_frequency._misfits(curve(NOISE + offset)) is misfits
-    assert pwm_frequency._misfits(curve(NOISE + offset, SPEED)) is False
+    assert frequency._misfits(curve(NOISE + offset)) is misfits
+    assert frequency._misfits(curve(NOISE + offset, SPEED)) is False
 
 
 def test_sixteen_readings_make_a_curve() -> None:
-    assert pwm_frequency._misfits(curve(ONES[:16])) is True
-    assert pwm_frequency._misfits(curve(ONES[:15])) is False
+    assert frequency._misfits(curve(ONES[:16])) is True
+    assert frequency._misfits(curve(ONES[:15])) is False
     gone = np.concatenate([ONES[:15], [np.nan] * 9])
-    assert pwm_frequency._misfits(curve(gone)) is False
+    assert frequency._misfits(curve(gone)) is False
 
 
 @pytest.mark.parametrize(("fall", "taken"), [(0.9, False), (1.1, True)])
@@ -80,7 +80,7 @@ def test_it_leaves_little_more_than_a_third_of_the_readings(fall: float, taken: 
     before = told(ONES, NOISE)  # one current of two misfits
     after = told(np.exp(-fall) * ONES, np.exp(-fall) * NOISE)
     given = wired(80e3)
-    found, estimate = pwm_frequency.corrected(
+    found, estimate = frequency.corrected(
         given, before, lambda c: after if c[0].wiring.pwm_hz == 160e3 else before, glance_of({})
     )
     assert (found is given) is not taken
@@ -104,7 +104,7 @@ def test_the_best_of_those_that_have_a_fit_is_taken() -> None:
         return told(sizes[hertz] * ONES, suspects=("before",))
 
     assert len(wired(80e3, 80e3)) == 2
-    found, estimate = pwm_frequency.corrected(wired(80e3, 80e3), told(ONES), fit, glance_of({}))
+    found, estimate = frequency.corrected(wired(80e3, 80e3), told(ONES), fit, glance_of({}))
     assert [c.wiring.pwm_hz for c in found] == [320e3, 320e3]
     assert estimate.suspects[1:] == ("before",)
 
@@ -117,14 +117,14 @@ def test_boards_that_state_different_frequencies_or_none_are_left(
         raise AssertionError("no fit is asked for")
 
     given, before = wired(*hertz), told(ONES)
-    assert pwm_frequency.corrected(given, before, fit, glance_of({})) == (given, before)
+    assert frequency.corrected(given, before, fit, glance_of({})) == (given, before)
 
 
 @pytest.mark.parametrize(("chi_square", "explained"), [(600.0, True), (600.1, False)])
 def test_a_wider_model_explains_up_to_one_and_a_half(chi_square: float, explained: bool) -> None:
     wider: Any = SimpleNamespace(chi_square=chi_square, degrees_of_freedom=400)
-    assert pwm_frequency._explained(wider) is explained
-    assert pwm_frequency._explained(None) is False
+    assert frequency._explained(wider) is explained
+    assert frequency._explained(None) is False
 
 
 FOUR = [wired(hz) for hz in (20e3, 40e3, 160e3, 320e3)]
@@ -145,7 +145,7 @@ def test_the_likeliest_at_a_glance_is_worth_a_fit(
 ) -> None:
     """One from whose start nothing follows is not."""
     of = dict(zip((20e3, 40e3, 160e3, 320e3), sizes, strict=True))
-    found = pwm_frequency._worth_a_fit(
+    found = frequency._worth_a_fit(
         FOUR,
         wired(80e3),
         told(ONES, names="RKJ"),
@@ -157,11 +157,11 @@ def test_the_likeliest_at_a_glance_is_worth_a_fit(
 @pytest.mark.parametrize("names", ["R", "RK", "KJL", "RJ"])
 def test_all_are_worth_a_fit_where_a_motor_is_not_known(names: str) -> None:
     before: Any = told(ONES, names=names)
-    assert pwm_frequency._worth_a_fit(FOUR, wired(80e3), before, glance_of({})) is FOUR
+    assert frequency._worth_a_fit(FOUR, wired(80e3), before, glance_of({})) is FOUR
     known: Any = told(ONES, names="RKJ")
-    assert pwm_frequency._worth_a_fit(FOUR, wired(80e3), known, glance_of({80e3: None})) is FOUR
+    assert frequency._worth_a_fit(FOUR, wired(80e3), known, glance_of({80e3: None})) is FOUR
 
 
 def test_readings_that_are_left_nothing_have_a_size() -> None:
-    assert pwm_frequency._size(np.zeros(0)) == pwm_frequency._size(np.zeros(3)) < -300.0
-    assert pwm_frequency._size(np.array([3.0, -4.0])) == pytest.approx(np.log(12.5) / 2.0)
+    assert frequency.size_of(np.zeros(0)) == frequency.size_of(np.zeros(3)) < -300.0
+    assert frequency.size_of(np.array([3.0, -4.0])) == pytest.approx(np.log(12.5) / 2.0)

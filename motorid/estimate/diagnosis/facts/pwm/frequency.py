@@ -1,17 +1,10 @@
-"""A PWM whose frequency the board states wrongly, or whose pulses are aligned otherwise.
+"""A PWM frequency that the board states and the currents contradict.
 
 The current's swing within a period, what a bridge's dead time takes of it, and the stretch without
 a current at a low duty all go with the period. A frequency that is wrong by a power of two, as a
 divider of a timer is, leaves the readings far more than the right one does. Where the fit leaves
 the current more than its noise, a rough search tries such frequencies, and the fit is made again
 with the best of them. The answer is that of one that explains the readings.
-
-A counter that counts up gives pulses that begin with the period, one that counts up and down gives
-pulses about its middle, an inverted one pulses that end with it. After a step of the duty the
-current is then late by that share of the off part; against L/R of a few periods that is L wrong by
-several percent, and the residuals hardly grow. Where no rig states the alignment, a rough search
-with each compares the likelihoods of the current. (A position adds up whatever the model lacks, and
-says little of it.)
 """
 
 from __future__ import annotations
@@ -25,27 +18,16 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, Capture
 from motorid.errors import DataError
-from motorid.estimate.results.estimate import (
-    Alternative,
-    Curve,
-    Diagnostic,
-    Estimate,
-    Suspect,
-)
+from motorid.estimate.results.estimate import Alternative, Curve, Estimate, Suspect
 from motorid.estimate.results.status import Status
 from motorid.estimate.signals.neighbour_noise import neighbour_noise
-from motorid.estimate.signals.source.pwm_bridge import driven_share
-from motorid.estimate.signals.time_grid import lay
 
 Floats = NDArray[np.float64]
 Fit = Callable[[Sequence[Capture]], Estimate]
 Glance = Callable[..., Sequence[Floats]]  # (captures, values, channels: all if left out)
 
 CODE = "pwm_contradicted"
-ALIGNMENT = "pwm_alignment"
 FACTORS = (0.25, 0.5, 2.0, 4.0)
-ALIGNED = {0.0: "begin with", 0.5: "lie in the middle of", 1.0: "end with"}
-SURE = 60.0  # by which twice the logarithm of the likelihood rises with another alignment
 MISFIT = 1.8  # residuals in units of their noise, from which it is looked for
 EXPLAINED = 1.5  # chi-square for each degree of freedom up to which a wider model explains them
 CLEAR = 1.0  # mean fall of the logarithm of the residuals, over all readings
@@ -66,22 +48,13 @@ def corrected(
     ``glance`` gives what a rough search from the estimate's values leaves of the readings; where
     R, K and J are known, only the frequency by which it leaves least is worth a fit.
     """
-    if _refused(estimate):
+    if refused(estimate) or _explained(estimate.alternative):
         return captures, estimate
-    found = captures, estimate
-    if not _explained(estimate.alternative):
-        found = _at_its_frequency(captures, estimate, fit, glance)
-    return _aligned(*found, fit, glance) if found[0] is captures else found
-
-
-def _at_its_frequency(
-    captures: Sequence[Capture], estimate: Estimate, fit: Fit, glance: Glance
-) -> tuple[Sequence[Capture], Estimate]:
     stated = {capture.wiring.pwm_hz for capture in captures}
     if len(stated) != 1 or not all(stated) or not any(map(_misfits, estimate.curves)):
         return captures, estimate
     (pwm_hz,) = stated
-    before = [_left(curve) for curve in estimate.curves]
+    before = [left_of(curve) for curve in estimate.curves]
     best, found, gain = captures, estimate, CLEAR
     for tried in _worth_a_fit([_at(captures, factor * pwm_hz) for factor in FACTORS],
                               captures, estimate, glance):  # fmt: skip
@@ -89,83 +62,12 @@ def _at_its_frequency(
             other = fit(tried)
         except DataError:  # at that frequency the readings have no fit
             continue
-        if (better := _gain(before, [_left(curve) for curve in other.curves])) > gain:
+        if (better := _gain(before, [left_of(curve) for curve in other.curves])) > gain:
             best, found, gain = tried, other, better
     if best is captures:
         return captures, estimate
     said = _said(pwm_hz, best[0].wiring.pwm_hz, gain, estimate)
     return best, replace(found, suspects=(said, *found.suspects))
-
-
-def _aligned(
-    captures: Sequence[Capture], estimate: Estimate, fit: Fit, glance: Glance
-) -> tuple[Sequence[Capture], Estimate]:
-    """As ``corrected``, of the place of the pulses in their periods, where no capture states it."""
-    values = _known(estimate)
-    if values is None or not all(map(_switched, captures)):
-        return captures, estimate
-    left = {}
-    for place in ALIGNED:
-        tried = captures if not place else _placed(captures, place)
-        try:
-            left[place] = glance(tried, values, (CURRENT,))
-        except DataError:  # with pulses there the readings have no fit
-            continue
-    if 0.0 not in left:
-        return captures, estimate
-    gains = {place: _likelier(left[0.0], other) for place, other in left.items()}
-    place = max(gains, key=lambda one: gains[one])
-    if gains[place] < SURE:
-        return captures, estimate
-    tried = _placed(captures, place)
-    found = fit(tried)
-    if _refused(found) or _likelier(_currents(estimate), _currents(found)) < SURE:
-        return captures, estimate
-    said = _elsewhere(place, estimate, found)
-    return tried, replace(found, diagnostics=(*found.diagnostics, said))
-
-
-def _switched(capture: Capture) -> bool:
-    """Its bridge switches in some part of the program, and nobody states the alignment."""
-    wiring = capture.wiring
-    if wiring.pwm_alignment is not None or not wiring.pwm_hz or CURRENT not in capture.channels:
-        return False
-    rail = capture.supply_v
-    return any(0.0 < driven_share(part, rail)[0] < 1.0 for part in lay(capture).parts)
-
-
-def _placed(captures: Sequence[Capture], place: float) -> Sequence[Capture]:
-    return tuple(replace(c, wiring=replace(c.wiring, pwm_alignment=place)) for c in captures)
-
-
-def _likelier(before: Sequence[Floats], after: Sequence[Floats]) -> float:
-    """By how much twice the logarithm of the likelihood rises, the noise of each channel free."""
-    return sum(
-        2.0 * len(one) * (_size(one) - _size(other))
-        for one, other in zip(before, after, strict=True)
-    )
-
-
-def _currents(estimate: Estimate) -> Sequence[Floats]:
-    return [_left(curve) for curve in estimate.curves if curve.channel == CURRENT]
-
-
-def _known(estimate: Estimate) -> Mapping[str, float] | None:
-    """The values found, where R, K and J are among them."""
-    values = {n: p.value for n, p in estimate.parameters.items() if p.value is not None}
-    return values if {"R", "K", "J"} <= {*values} else None
-
-
-def _elsewhere(place: float, before: Estimate, after: Estimate) -> Diagnostic:
-    """A remark: a bridge may place its pulses as it likes, and nothing is wrong with it."""
-    was, now = (e.parameters["L"].value if "L" in e.parameters else None for e in (before, after))
-    moved = f", and L is {was / now - 1.0:+.1%} off" if was and now else ""
-    return Diagnostic(
-        ALIGNMENT, "info",
-        f"the pulses of the bridge {ALIGNED[place]} their PWM periods, and no rig says so: the fit "
-        "takes them there. Taken at the beginning of the period they leave more of the "
-        f"current{moved}. State wiring.pwm_alignment = {place:g} in the rig file",
-    )  # fmt: skip
 
 
 def _at(captures: Sequence[Capture], pwm_hz: float) -> Sequence[Capture]:
@@ -181,7 +83,7 @@ def _worth_a_fit(
     """Of the suppositions: the best at a glance, if it is better than none; all where a glance from
     the estimate's values cannot be taken.
     """
-    values = _known(estimate)
+    values = values_known(estimate)
     if values is None:
         return others
     try:
@@ -199,7 +101,7 @@ def _worth_a_fit(
     return [] if best is None else [best]
 
 
-def _refused(estimate: Estimate) -> bool:
+def refused(estimate: Estimate) -> bool:
     return all(p.status is Status.NOT_SUPPORTED for p in estimate.parameters.values())
 
 
@@ -221,7 +123,7 @@ def _said(stated_hz: float, found_hz: float, gain: float, before: Estimate) -> S
 
 def _misfits(curve: Curve) -> bool:
     """A current is left more than what its neighbouring residuals differ by."""
-    left = _left(curve)
+    left = left_of(curve)
     if curve.channel != CURRENT or len(left) < SOME:
         return False
     return float(np.sqrt(np.mean(left**2))) > MISFIT * neighbour_noise(left, order=1)
@@ -231,16 +133,22 @@ def _gain(before: Sequence[Floats], after: Sequence[Floats]) -> float:
     """Mean fall of the logarithm of the residuals' size, each reading alike."""
     total = count = 0.0
     for one, other in zip(before, after, strict=False):
-        total += len(one) * (_size(one) - _size(other))
+        total += len(one) * (size_of(one) - size_of(other))
         count += len(one)
     return total / count if count else 0.0
 
 
-def _size(left: Floats) -> float:
+def values_known(estimate: Estimate) -> Mapping[str, float] | None:
+    """The values found, where R, K and J are among them."""
+    values = {n: p.value for n, p in estimate.parameters.items() if p.value is not None}
+    return values if {"R", "K", "J"} <= {*values} else None
+
+
+def size_of(left: Floats) -> float:
     """The logarithm of the residuals' root mean square."""
     return 0.5 * math.log(max(float(np.mean(left**2)) if len(left) else 0.0, 1e-300))
 
 
-def _left(curve: Curve) -> Floats:
+def left_of(curve: Curve) -> Floats:
     left = curve.measured - curve.fitted
     return np.asarray(left[np.isfinite(left)])

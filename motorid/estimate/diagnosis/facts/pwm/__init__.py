@@ -1,0 +1,1 @@
+"""What is stated of the PWM, held against the readings."""
