@@ -103,7 +103,7 @@ def test_every_comparison_is_made_of_every_capture(monkeypatch: pytest.MonkeyPat
 
         return given
 
-    each = ("swapped_columns", "supply_current", "doubled_rows", "supply", "pwm_aliasing",
+    each = ("swapped_columns", "supply_current", "doubled_rows", "supply", "aliasing",
             "commanded", "unreached_command")  # fmt: skip
     for name in (*each, "pooled", "unit_mistakes", "plate"):
         monkeypatch.setattr(getattr(compare, name), "findings", notes(name))
