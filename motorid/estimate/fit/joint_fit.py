@@ -53,7 +53,7 @@ def solved(
         return records, solution  # no colour of the noise explains so much
     if logged:
         records, solution = log_grid.settled((records, solution), free, start, fixed)
-    solution = ended(records, solution, free, start)
+    solution = ended(records, solution, free, start, logged)
     known = merged(start, solution)
     return subsample_inductance.told(records, free, fixed, known, solution) or (records, solution)
 
@@ -63,9 +63,9 @@ def ended(
     solution: Solution,
     free: Sequence[str],
     start: Mapping[str, float],
+    logged: bool,
 ) -> Solution:
     """A search in white noise carried to its end: with what repeats, in the noise that it shows."""
-    logged = any(record.sensed.waveform for record in records)
     if logged:
         solution = _with_other_friction(records, solution, free, start)
     solution = with_repeated(records, free, start, solution)

@@ -252,6 +252,10 @@ def test_a_rough_fit_judges_its_sources_twice(monkeypatch: pytest.MonkeyPatch) -
     seen: list[Any] = []
 
     class Run:
+        measured = tuple(
+            SimpleNamespace(block=SimpleNamespace(name=n)) for n in ("current", "speed")
+        )
+
         def __init__(self, *given: Any) -> None:
             self.given = given
 

@@ -28,17 +28,25 @@ def answer(status: Status = Status.ESTIMATED) -> Estimate:
     return replace(one, parameters={**one.parameters, "K": K}, alternative=None, diagnostics=())
 
 
+class Closed(str):
+    """Records by a name; whether readings of one lie far off is asked of each."""
+
+    outlying = False
+
+    def __iter__(self) -> Any:
+        yield self
+
+
 class Room:
     """The room with its neighbours replaced by what notes how they were asked."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, status: Status, *offered: Any) -> None:
         self.asked: dict[str, Any] = {}
-        self.offered, self.outlying = offered, False
+        self.offered, self.closed = offered, Closed("closed records")
         known: Any = SimpleNamespace(solution=solution(R=7.0))
         neighbours = {
-            "_outlying": lambda records: records == "closed records" and self.outlying,
             "_closed": lambda *_: ("captures", "records", solution()),
-            "answered": lambda *_: (answer(status), "closed records", known),
+            "answered": lambda *_: (answer(status), self.closed, known),
             "asked_for": self.named,
             "looked_for": self.looked,
             "_narrow": self.narrow,
@@ -177,7 +185,7 @@ def test_where_a_few_readings_lie_far_off_no_term_explains_them(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     room = Room(monkeypatch, Status.ESTIMATED, SIDED)
-    room.outlying = True
+    room.closed.outlying = True
     assert entry.fit((), {}, ("B",)).alternative is None
     assert "looked" not in room.asked
     assert entry.fit((), {}, ("B",), model="direction").alternative is not None  # as asked for

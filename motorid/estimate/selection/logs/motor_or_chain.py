@@ -52,7 +52,7 @@ def likelier(captures: Sequence[Capture], found: Fit, held: Mapping[str, float])
         return found
     for record, heard in zip(shaped[0], told(*shaped), strict=True):
         record.left_open = heard.shifts
-    return shaped[0], ended(*shaped, free, merged(before, shaped[1]))
+    return shaped[0], ended(*shaped, free, merged(before, shaped[1]), logged=True)
 
 
 def _best_shape(
