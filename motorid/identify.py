@@ -39,7 +39,7 @@ def fit(
     from motorid.estimate.diagnosis.facts.compare import findings
     from motorid.estimate.diagnosis.facts.pwm.alignment import aligned
     from motorid.estimate.diagnosis.facts.pwm.frequency import corrected
-    from motorid.estimate.fit.rough_fit import departures
+    from motorid.estimate.fit.rough_fit import departures, moves
     from motorid.estimate.signals import voltage_low_pass
     from motorid.estimate.signals.upsampled_rows import own_readings
     from motorid.estimate.uncertainty.reference_temperature import with_reference
@@ -58,7 +58,8 @@ def fit(
         stated = captures
         captures, estimate = corrected(captures, estimate, again, glance)
         if captures is stated:
-            captures, estimate = aligned(captures, estimate, again, glance)
+            foreseen = partial(moves, fix=fix or {}, without=without)
+            captures, estimate = aligned(captures, estimate, again, glance, foreseen)
     said = tuple(findings(captures, estimate, again))
     said = (*filter(None, between), *_of_logs(captures, estimate), *said)
     named = tuple(dict.fromkeys(one for one in filtered if one is not None))[:1]

@@ -25,7 +25,8 @@ def commanded(
     decay: Decay = Decay.SYNCHRONOUS_SLOW,
 ) -> Capture:
     """By duty of the volts that the motor gets. The supply is read where ``path_ohm`` of it has not
-    yet fallen, and is so high that the motor gets just these.
+    yet fallen, and is so high that the motor gets just these. Volts without pulses have no place
+    of theirs in a period: they are stated to begin with it.
     """
     capture = ended(clean_capture(FAULHABER, PLAN))
     assert capture.program is not None
@@ -44,7 +45,7 @@ def commanded(
     kept = {n: c for n, c in capture.channels.items() if n != VOLTAGE}
     return replace(
         capture, channels={**kept, SUPPLY: supply}, program=Program(steps),
-        wiring=Wiring(supply_voltage_v=SUPPLY_V, pwm_hz=PWM_HZ),
+        wiring=Wiring(supply_voltage_v=SUPPLY_V, pwm_hz=PWM_HZ, pwm_alignment=0.0),
     )  # fmt: skip
 
 

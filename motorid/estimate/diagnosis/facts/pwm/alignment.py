@@ -10,7 +10,7 @@ says little of it.)
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -31,22 +31,29 @@ from motorid.estimate.signals.source.pwm_bridge import driven_share
 from motorid.estimate.signals.time_grid import lay
 
 Floats = NDArray[np.float64]
+Moves = Callable[..., Sequence[Floats]]  # (captures, others, values, channel)
 
 CODE = "pwm_alignment"
 ALIGNED = {0.0: "begin with", 0.5: "lie in the middle of", 1.0: "end with"}
 SURE = 60.0  # by which twice the logarithm of the likelihood rises with another alignment
+LIKELY = 30.0  # the same, foreseen, from which searches are worth their responses
+TINY = 1e-300  # A²
 
 
 def aligned(
-    captures: Sequence[Capture], estimate: Estimate, fit: Fit, glance: Glance
+    captures: Sequence[Capture], estimate: Estimate, fit: Fit, glance: Glance, moves: Moves
 ) -> tuple[Sequence[Capture], Estimate]:
     """The captures with pulses where the current shows them, and their estimate, which says so;
     both as they came where some capture states the place, or none does clearly better.
 
-    ``glance`` gives what a rough search from the estimate's values leaves of a channel.
+    ``glance`` gives what a rough search from the estimate's values leaves of a channel, ``moves``
+    what other captures would show more of it there.
     """
     values = None if refused(estimate) else values_known(estimate)
     if values is None or not all(map(_switched, captures)):
+        return captures, estimate
+    more = moves(captures, _placed(captures, max(ALIGNED)), values, channel=CURRENT)
+    if _foreseen(_currents(estimate), more) < LIKELY:
         return captures, estimate
     left = {}
     for place in ALIGNED:
@@ -67,6 +74,17 @@ def aligned(
         return captures, estimate
     said = _elsewhere(place, estimate, found)
     return tried, replace(found, diagnostics=(*found.diagnostics, said))
+
+
+def _foreseen(left: Sequence[Floats], more: Sequence[Floats]) -> float:
+    """By how much twice the logarithm of the likelihood rises where readings show ``more`` of what
+    is ``left``; twice that where they show half of it. What parameters could explain of it they
+    have explained already.
+    """
+    if [len(one) for one in left] != [len(other) for other in more]:
+        return np.inf
+    each = zip(left, more, strict=True)
+    return sum(float(one @ other) / max(float(np.mean(one**2)), TINY) for one, other in each)
 
 
 def _switched(capture: Capture) -> bool:
