@@ -71,6 +71,7 @@ def diagnostics(
     out[first:first] = _bounded(records, misfits)
     out += lagging_start.remarks([record.capture for record in records])
     out += sampling_remarks.of_logs(found, records)
+    out += sampling_remarks.slow_voltage(records, parameters)
     out += [residual_remarks.coloured(name, rhos) for name, rhos in coloured.items() if rhos]
     out += repeating_remarks.allowed_for(records, found.solution)
     out += data_remarks.stopping(records)

@@ -1,17 +1,25 @@
-"""Where a log is sampled too slowly for what it should show, and where its clocks disagree."""
+"""Where a log is sampled too slowly for what it should show, and where its clocks disagree.
+
+And where a board's voltage passes a filter that is too slow for the steps of its program.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.results.estimate import Diagnostic
+from motorid.estimate.results.estimate import Diagnostic, Parameter
+from motorid.estimate.signals.voltage_window import FADED, MOST, Window
 from motorid.estimate.uncertainty.intervals import Findings
 from motorid.motor.parameters import mechanical_time_constant
 
 FEW = 4.0  # readings in a mechanical time constant, fewer of which show its course poorly
 LEAST = 0.01  # of them: no search tells a time constant below that, it ran to an absurd motor
 BEYOND = 4.0  # standard deviations of what was expected of a delay
+TOLERANCE = 0.05  # of a declared filter's time constant: what capacitors are made to
+SHIFT = 2.5  # times a voltage's relative error: what it may do to R, L, K and J
+SLOW = 0.1  # of the driven time, in steps that the filter hides
 
 
 def of_logs(found: Findings, records: Sequence[MotorRecord]) -> list[Diagnostic]:
@@ -67,3 +75,40 @@ def _late(found: Findings, records: Sequence[MotorRecord]) -> Iterator[Diagnosti
                 "stamped by different clocks, or the column is not what it is mapped to. Declare "
                 "the delay (--delay), or check the column",
             )  # fmt: skip
+
+
+def slow_voltage(
+    records: Sequence[MotorRecord], parameters: Mapping[str, Parameter]
+) -> Iterator[Diagnostic]:
+    """A declared low-pass that remembers for so long that most readings of a step show it.
+
+    What they show beside it rests on the filter's time constant, T: of a reading with the share h
+    of the voltage before, an error dT makes h ln(1/h) dT/T. A supply before a step is the same.
+    """
+    for k, record in enumerate(records):
+        window, where = record.sensed.window, f" in run {k + 1}" if len(records) > 1 else ""
+        shown = _half_shown(record, window) if window is not None else 0.0
+        if window is None or shown <= (MOST if record.sensed.commanded else FADED):
+            continue
+        error = TOLERANCE * shown * math.log(1.0 / shown) if shown <= MOST else math.inf
+        yield Diagnostic(
+            "voltage_filter_slow", "warning",
+            f"the voltage's declared low-pass of {1e3 * window.filter_s:.3g} ms{where} is too slow "
+            f"for the steps: {100 * shown:.0f} % and more of half of a step's readings is the "
+            "voltage before it. Take a smaller capacitor on its divider, or longer steps",
+            _moves(error, parameters),
+        )  # fmt: skip
+
+
+def _half_shown(record: MotorRecord, window: Window) -> float:
+    """The largest share of what was before a step in half of its readings; 0: of few steps."""
+    driven = [part.stop - part.start for part in record.timeline.parts if part.level]
+    hidden = {count: window.half_shows(count) for count in set(driven)} if window.filter_s else {}
+    slow = [count for count in driven if hidden.get(count, 0.0) > FADED]
+    return max((hidden[n] for n in slow), default=0.0) if sum(slow) > SLOW * sum(driven) else 0.0
+
+
+def _moves(error: float, parameters: Mapping[str, Parameter]) -> dict[str, float]:
+    """What that relative error of the voltage may do; friction is a small difference of two."""
+    sized = {n: SHIFT * error * abs(p.value) for n, p in parameters.items() if p.value is not None}
+    return {n: math.inf if n in ("B", "T0") else size for n, size in sized.items()}

@@ -110,11 +110,8 @@ def after_filter_s(channel: Channel, name: str) -> float:
 
 
 def filter_of(channel: Channel, name: str) -> float:
-    """Time constant (s) of the filter that the model has before a block's converter.
-
-    An open bridge's voltage is taken as later by it: what the filter held before is no back-EMF.
-    """
-    if name == EMF or channel.filter_order == 2:
+    """Time constant (s) of the filter that the model has before a block's converter."""
+    if channel.filter_order == 2:
         return 0.0
     return min(channel.filter_s, channel.delay_s)
 

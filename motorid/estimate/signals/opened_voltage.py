@@ -8,6 +8,7 @@ it stops. The voltage's own window and filter must lie behind that too.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,16 +24,18 @@ SAMPLES = 3  # of an opened bridge, at least, whose voltage is not yet the back-
 LONG = 32  # samples of a part whose second half shows the current's zero
 QUIET = 5.0  # robust deviations of that half: a current within them may have stopped
 SIGMA = 1.4826  # of a normal distribution, in median absolute deviations
-EMPTIED = 7.0  # time constants after which a filter holds a thousandth of what it held
+EMPTIED = 7.0  # time constants, at least, after which a filter holds nothing of what it held
+FAINT = 0.1  # of a reading's noise: what it may still hold then
 
 
 def emf_shows(capture: Capture, timeline: Timeline, volts: Channel) -> Bools:
     """Grid ticks (count,) whose reading of ``volts`` is of an open bridge without current."""
-    lag, current = Window.of(volts, timeline.period_s).lag, capture.get(CURRENT)
+    window, current = Window.of(volts, timeline.period_s), capture.get(CURRENT)
+    emptied = replace(window, delay_s=window.delay_s - window.filter_s + _emptied_s(volts))
     shows = np.zeros(timeline.count, dtype=bool)
     for part in timeline.parts:
         if part.open:
-            late = SAMPLES + lag if part.start else 0
+            late = SAMPLES + emptied.lag if part.start else 0
             if current is not None and part.start:
                 late = max(late, _stopped(current, timeline, part, volts))
             shows[part.start + late : part.stop] = True
@@ -53,7 +56,7 @@ def _stopped(current: Channel, timeline: Timeline, part: Part, volts: Channel) -
     if not first:
         return 0
     hidden_s = _hidden_s(amperes[:first], quiet_a, current.window_s, timeline.period_s)
-    after_s = _oldest_s(volts) + EMPTIED * volts.filter_s - _oldest_s(current) + hidden_s
+    after_s = _oldest_s(volts) + _emptied_s(volts) - _oldest_s(current) + hidden_s
     return first + max(0, math.ceil(after_s / timeline.period_s))
 
 
@@ -69,6 +72,17 @@ def _hidden_s(falling: Floats, quiet_a: float, window_s: float, period_s: float)
     if quiet_a > slope * window_s / 2:
         return quiet_a / slope + window_s / 2
     return math.sqrt(2.0 * quiet_a * window_s / slope)
+
+
+def _emptied_s(volts: Channel) -> float:
+    """How long a filter takes to forget the largest change of its voltage, but for noise."""
+    if not volts.filter_s:
+        return 0.0
+    noise = max(volts.noise, volts.resolution / math.sqrt(12.0))
+    span = float(np.nanmax(volts.values) - np.nanmin(volts.values))
+    if not noise or not span:
+        return EMPTIED * volts.filter_s
+    return volts.filter_s * max(EMPTIED, math.log(span / (FAINT * noise)))
 
 
 def _oldest_s(channel: Channel) -> float:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import SUPPLY, VOLTAGE, Capture, Channel
+from motorid.errors import DataError
 from motorid.estimate.signals.intersample_voltage import JOINED, Shape, Waveform, of_log
 from motorid.estimate.signals.time_grid import Part, Timeline
 from motorid.estimate.signals.voltage_window import Window
@@ -87,6 +88,7 @@ def sense(capture: Capture, timeline: Timeline, shape: Shape = JOINED) -> Sense 
             return Sense(volts, none, *series, emf, channel, channel.resolution, waveform=waveform)
         window = Window.of(channel, timeline.period_s)
         readings = window.readings(timeline.spread(channel.values), timeline)
+        _refuse_hidden(window, readings, timeline.parts)
         volts = _filled(readings, timeline.parts)
         return Sense(volts, np.isnan(readings), *series, emf, channel, channel.resolution, window)
     return _from_command(capture, timeline, both)
@@ -107,7 +109,9 @@ def _from_command(
     if supply is not None:
         window = Window.of(supply, timeline.period_s)
         shown = timeline.spread(supply.values)
-        rail = _filled(window.readings(shown, timeline), timeline.parts)
+        readings = window.readings(shown, timeline)
+        _refuse_hidden(window, readings, timeline.parts)
+        rail = _filled(readings, timeline.parts)
     for part in driven:
         if part.kind == StepKind.DRIVE_VOLTS:
             volts[part.slice] = part.level * _given(rail, shown, part)
@@ -125,6 +129,18 @@ def _given(rail: Floats | None, shown: Floats | None, part: Part) -> Floats | fl
     before = np.concatenate([shown[:1], shown])[part.slice]
     known = np.isfinite(before) & (before > 0.0)
     return np.where(known, rail[part.slice] / np.where(known, before, 1.0), 1.0)
+
+
+def _refuse_hidden(window: Window, readings: Floats, parts: Sequence[Part]) -> None:
+    """No step that drives lasts as long as a filter of the voltage remembers: nothing shows it."""
+    driven = [part for part in parts if part.level]
+    if driven and window.filter_s and all(np.isnan(readings[p.slice]).all() for p in driven):
+        longest_s = max(p.stop - p.start for p in driven) * window.period_s
+        raise DataError(
+            f"the voltage's low-pass of {1e3 * window.filter_s:.3g} ms outlasts every step that "
+            f"drives the motor, of {1e3 * longest_s:.3g} ms at most: take a smaller capacitor or "
+            "longer steps"
+        )
 
 
 def _filled(grid: Floats, parts: Sequence[Part]) -> Floats:

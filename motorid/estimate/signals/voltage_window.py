@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 
 EDGE = 1e-3  # of a period, by which a window may reach over a step
 FADED = 0.05  # of a reading may be of the command before: more would rest on the filter's part
-PAST, SHARES = np.polynomial.laguerre.laggauss(4)  # an exponential's memory as four delays
+MOST = 0.5  # the same where a part is so short that half of its readings show more
 
 
 @dataclass(frozen=True)
@@ -65,26 +65,39 @@ class Window:
             first[self._begins(first) < -reaches_over] = np.nan
         if not self.filter_s:
             return early
-        if self.older(np.zeros(1))[0] < 1.0 - EDGE:  # it knows of the next command already
-            early[[part.stop - 1 for part in parts[:-1]]] = np.nan
-        return self._cleared(early, parts, np.nan)
+        cleared, foresees = self._cleared(early, parts, np.nan), self.foresees
+        for part in parts[:-1]:
+            cleared[max(part.stop - foresees, part.start) : part.stop] = np.nan
+        return cleared
 
     @property
     def outputs(self) -> list[Output]:
         """What the model's current is to be read by, for ``current``."""
         wide, late = self.aperture_s or self.period_s, self.delay_s - self.filter_s
-        if not self.filter_s:
-            return [Output(Quantity.CURRENT, wide, late)]
-        return [Output(Quantity.CURRENT, wide, late + self.filter_s * past) for past in PAST]
+        return [Output(Quantity.CURRENT, wide, late, filter_s=self.filter_s)]
 
     def current(self, rows: Floats, mean: Floats, timeline: Timeline) -> Floats:
         """The current (count,) over the windows of ``readings``, from the rows of ``outputs``.
 
         ``mean`` (count,) is that over the intervals, and stands where no reading came.
         """
-        seen = SHARES @ rows if self.filter_s else rows[0]
-        seen = self._put_back(seen, mean[len(mean) - self.lag :])
+        seen = self._put_back(rows[0], mean[len(mean) - self.lag :])
         return self._cleared(seen, timeline.parts) if self.filter_s else seen
+
+    @property
+    def foresees(self) -> int:
+        """How many of the last readings of a part know of the next command already."""
+        before = -self.period_s * np.arange(self.lag + 1, dtype=np.float64)
+        return int(np.sum(self.older(before) < 1.0 - EDGE)) if self.filter_s else 0
+
+    def half_shows(self, count: int) -> float:
+        """Share of the command before in half of the readings, at least, of a part of ``count``
+        intervals; 1: none is of its own command.
+        """
+        own = count - self.foresees
+        if own <= 0:
+            return 1.0
+        return float(self.older(np.array([(own // 2 + 1) * self.period_s]))[0])
 
     def older(self, since_s: Floats) -> Floats:
         """Share of a reading that shows what was before a command, (n,).
@@ -111,13 +124,19 @@ class Window:
     def _cleared(self, early: Floats, parts: Sequence[Part], mixed: float | None = None) -> Floats:
         """Without what the first readings of a part show of the part before; ``mixed`` stands for
         those that show too much of it, None: they stay.
+
+        All that a filter knows of what was before a command is where it stood then: the last
+        reading that does not know of that command shows it.
         """
-        cleared = early.copy()
+        cleared, foresees = early.copy(), self.foresees
         for earlier, part in pairwise(parts):
             here = early[part.slice]
             share = self.older(self.period_s * np.arange(1, len(here) + 1, dtype=np.float64))
-            known = early[earlier.slice][np.isfinite(early[earlier.slice])]
-            faded = share <= (FADED if len(known) else EDGE)
+            before = early[earlier.start : max(earlier.stop - foresees, earlier.start)]
+            known = before[np.isfinite(before)]
+            half = self.half_shows(len(here))
+            allowed = half if FADED < half <= MOST else FADED
+            faded = share <= (allowed if len(known) else EDGE)
             was = known[-1] if len(known) else 0.0
             alone = (here - share * was) / np.where(faded, 1.0 - share, 1.0)
             cleared[part.slice] = np.where(faded, alone, here if mixed is None else mixed)

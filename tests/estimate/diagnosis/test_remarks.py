@@ -274,7 +274,8 @@ def test_all_that_is_found_is_said_the_gravest_first(monkeypatch: pytest.MonkeyP
     for module, names in (
         (remarks, ("_statistics", "_budget", "_brushes", "_by_ripple", "_dropping", "_run_to_add")),
         (remarks.data_remarks, ("of_capture", "stopping", "standing")),
-        (remarks.lagging_start, ("remarks",)), (remarks.sampling_remarks, ("of_logs",)),
+        (remarks.lagging_start, ("remarks",)),
+        (remarks.sampling_remarks, ("of_logs", "slow_voltage")),
         (remarks.repeating_remarks, ("allowed_for",)),
     ):  # fmt: skip
         for name in names:

@@ -74,6 +74,7 @@ def test_errors_come_before_warnings_and_these_before_remarks(
         (data_remarks, "stopping", saying("error", "info")),
         (remarks.lagging_start, "remarks", saying("warning")),
         (sampling_remarks, "of_logs", saying()),
+        (sampling_remarks, "slow_voltage", saying()),
         (remarks.repeating_remarks, "allowed_for", saying()),
     ):  # fmt: skip
         monkeypatch.setattr(module, name, said)

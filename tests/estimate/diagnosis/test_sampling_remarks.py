@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,9 +11,15 @@ import numpy as np
 import pytest
 
 from bench.foreign.plant import Motor, turn
-from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
+from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel, Phase
+from motorid.errors import DataError
 from motorid.estimate.diagnosis import sampling_remarks
+from motorid.estimate.results.estimate import Parameter, Status
+from motorid.estimate.signals.time_grid import Part, lay
+from motorid.estimate.signals.voltage_sensing import sense
+from motorid.estimate.signals.voltage_window import Window
 from motorid.motor.parameters import Motor as MotorOf
+from motorid.program import Decay, Program, Step, StepKind
 from tests.six_parameters import fit
 
 MOTOR = Motor()
@@ -103,3 +111,55 @@ def test_readings_that_lie_far_off_are_said_to_be_stamped_wrongly() -> None:
     other.outlying = True
     (uneven,) = said(one, other)
     assert "their stamps may not say when they were read" in uneven
+
+
+# a board's voltage behind a slow filter
+
+
+def behind(filter_s: float, *steps: int, commanded: bool = False) -> list[Any]:
+    """What is said of a run of steps of so many ms, whose voltage is read each ms."""
+    edges = np.cumsum([10, *steps])
+    parts = [Part(a, b, StepKind.DRIVE_DUTY, 0.5) for a, b in pairwise(edges.tolist())]
+    window = Window(1e-3, 0.0, filter_s, filter_s)
+    record: Any = SimpleNamespace(
+        sensed=SimpleNamespace(window=window, commanded=commanded),
+        timeline=SimpleNamespace(parts=[Part(0, 10, StepKind.COAST), *parts]),
+    )
+    values = {"R": 2.0, "K": 0.1, "T0": 1e-3}
+    motor = {n: Parameter(n, "", v, *[None] * 4, Status.ESTIMATED) for n, v in values.items()}
+    return list(sampling_remarks.slow_voltage([record], motor))
+
+
+def test_a_filter_that_outlasts_the_steps_is_named_and_moves_all() -> None:
+    assert behind(0.0, 100, 100) == behind(10e-3, 100, 100) == []
+    (slow,) = behind(30e-3, 100, 100)
+    shown = np.exp(-(36 + 30) / 30)  # the middle one of 70 that know of their own step alone
+    assert (slow.code, slow.severity) == ("voltage_filter_slow", "warning")
+    assert f"30 ms is too slow for the steps: {100 * shown:.0f} % and more" in slow.message
+    error = sampling_remarks.TOLERANCE * shown * np.log(1 / shown)
+    assert slow.moves["R"] == pytest.approx(sampling_remarks.SHIFT * error * 2.0)
+    assert slow.moves["T0"] == np.inf
+    (none,) = behind(120e-3, 100, 100)
+    assert none.moves["R"] == np.inf
+
+
+def test_few_short_steps_and_a_supply_behind_a_filter_are_no_matter() -> None:
+    assert behind(10e-3, 100, 100, 15) == []
+    assert len(behind(10e-3, 100, 100, 30)) == 1
+    assert behind(30e-3, 100, 100, commanded=True) == []
+    assert len(behind(120e-3, 100, 100, commanded=True)) == 1
+
+
+def test_a_filter_that_hides_every_step_is_refused() -> None:
+    """The voltage of the rest before is all that the readings show."""
+    steps = [Step(StepKind.COAST, 0.01), Step(StepKind.DRIVE_DUTY, 0.03, 0.5, Decay.FAST)]
+    volts = Channel(VOLTAGE, "V", np.zeros(40), filter_s=0.01, delay_s=0.01)
+    capture = Capture(
+        np.arange(40), 1e3, {VOLTAGE: volts}, program=Program(tuple(steps)),
+        phases=(Phase(0, 0), Phase(1, 10)),
+    )  # fmt: skip
+    assert sense(capture, lay(capture)) is not None
+    slower = replace(volts, filter_s=0.1, delay_s=0.1)
+    capture = replace(capture, channels={VOLTAGE: slower})
+    with pytest.raises(DataError, match=r"low-pass of 100 ms .* of 29 ms at most"):
+        sense(capture, lay(capture))

@@ -204,7 +204,7 @@ def channel(**facts: Any) -> Channel:
         ({"delay_s": 5e-3}, CURRENT, 0.0, 5e-3, False),
         ({"delay_s": 5e-3, "filter_s": 2e-3}, CURRENT, 2e-3, 3e-3, False),
         ({"delay_s": 1e-3, "filter_s": 2e-3}, CURRENT, 1e-3, 0.0, False),
-        ({"delay_s": 5e-3, "filter_s": 2e-3}, EMF, 0.0, 5e-3, False),
+        ({"delay_s": 5e-3, "filter_s": 2e-3}, EMF, 2e-3, 3e-3, False),
         ({"delay_s": 5e-3, "filter_s": 2e-3, "filter_order": 2}, CURRENT, 0.0, 1e-3, True),
         ({"delay_s": 3e-3, "filter_s": 2e-3, "filter_order": 2}, CURRENT, 0.0, 0.0, True),
         (

@@ -228,7 +228,7 @@ def test_a_response_is_read_at_the_moment_of_each_reading() -> None:
 
 @pytest.mark.parametrize(
     ("order", "name", "taken", "left"),
-    [(1, CURRENT, 2e-5, 1e-5), (2, CURRENT, 0.0, 3e-5 - 1.4 * 2e-5), (1, "back_emf", 0.0, 3e-5)],
+    [(1, CURRENT, 2e-5, 1e-5), (2, CURRENT, 0.0, 3e-5 - 1.4 * 2e-5), (1, "back_emf", 2e-5, 1e-5)],
 )
 def test_a_filter_takes_its_part_of_the_delay(
     order: int, name: str, taken: float, left: float

@@ -77,6 +77,31 @@ def test_the_last_reading_of_a_part_may_know_of_the_next(late_s: float, knows: b
     assert np.isfinite(found[[3, 8, 13]]).all()
 
 
+@pytest.mark.parametrize("lag", [1, 3, 5])
+def test_as_many_readings_know_of_the_next_command_as_come_late(lag: int) -> None:
+    """Behind a filter of so many samples; the last part has no next one."""
+    window = Window(1.0, 0.0, float(lag), float(lag))
+    assert window.foresees == lag
+    assert Window(1.0, 0.0, float(lag)).foresees == 0  # whole samples late: of its own command
+    found = window.readings(np.full(80, 3.0), line(0, 40, 80))
+    assert np.isnan(found[40 - lag : 40]).all()
+    assert np.isfinite(found[: 40 - lag]).all()
+
+
+def test_in_a_short_part_more_of_a_reading_may_be_of_before() -> None:
+    """Six intervals behind a filter of four: of the two that do not know what follows, the later
+    holds exp(-6/4), and with it stands for the part. In two intervals there is none.
+    """
+    window = Window(1.0, 0.0, 4.0, 4.0)
+    assert window.half_shows(6) == pytest.approx(np.exp(-6 / 4))
+    assert window.half_shows(60) < 1e-3
+    assert window.half_shows(4) == 1.0
+    remembers = 10.0 - 3.0 * np.exp(-np.arange(1, 16) / 4)  # 7 V before, 10 V from then on
+    found = window.readings(np.append(np.full(40, 7.0), remembers), line(0, 40, 46, 55))
+    assert np.isnan(found[[40, *range(42, 46)]]).all()
+    assert found[41] == pytest.approx(10.0)
+
+
 def test_a_window_that_reaches_over_a_command_is_of_no_command() -> None:
     found = Window(1.0, 2.0).readings(np.arange(8.0), line(0, 4, 8))
     assert np.flatnonzero(np.isnan(found)).tolist() == [0, 4]
@@ -94,12 +119,10 @@ def test_without_a_filter_a_current_is_read_once(aperture_s: float, wide: float)
     assert seen == pytest.approx([2.0, 3.0, 4.0, 5.0, -4.0, -5.0])  # put back by two samples
 
 
-def test_behind_a_filter_a_current_is_read_at_four_delays_and_its_mixtures_stay() -> None:
-    """The delays' weights add to one: of four readings alike, one."""
+def test_behind_a_filter_a_current_is_read_so_and_its_mixtures_stay() -> None:
     read = shown(EARLIER, 10.0, 7.0)
-    assert len(INSTANT.outputs) == 4
-    assert {(o.quantity, o.aperture_s) for o in INSTANT.outputs} == {(Quantity.CURRENT, 1.0)}
-    seen = INSTANT.current(np.tile(read, (4, 1)), np.zeros(12), line(0, 5, 12))
+    assert INSTANT.outputs == [Output(Quantity.CURRENT, 1.0, 0.0, filter_s=TAU)]
+    seen = INSTANT.current(read[None, :], np.zeros(12), line(0, 5, 12))
     assert seen[:6] == pytest.approx(read[:6])
     assert seen[6:] == pytest.approx(10.0)
 
