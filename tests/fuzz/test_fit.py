@@ -58,7 +58,7 @@ def test_a_broken_promise_is_seen() -> None:
     with mock.patch("tests.fuzz.fit_checks.fit", return_value=bad), broken:
         check("steps")
 
-    def overflows(*_: object) -> np.float64:
+    def overflows(*_: object, **__: object) -> np.float64:
         return np.float64(1e300) ** 2
 
     with mock.patch.object(identify, "_fit", overflows), pytest.raises(RuntimeWarning):

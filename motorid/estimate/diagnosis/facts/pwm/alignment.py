@@ -52,7 +52,10 @@ def aligned(
     values = None if refused(estimate) else values_known(estimate)
     if values is None or not all(map(_switched, captures)):
         return captures, estimate
-    more = moves(captures, _placed(captures, max(ALIGNED)), values, channel=CURRENT)
+    try:
+        more = moves(captures, _placed(captures, max(ALIGNED)), values, channel=CURRENT)
+    except DataError:  # no fit begins from these captures as they are: a sign was put right
+        return captures, estimate
     if _foreseen(_currents(estimate), more) < LIKELY:
         return captures, estimate
     left = {}

@@ -183,3 +183,15 @@ def test_no_search_is_made_where_residuals_show_nothing_of_it(more: float, looke
     before = estimate(1.0)
     assert taken(before, glance, None, more=more) == (None, before)
     assert bool(asked) is looked
+
+
+@pytest.mark.usefixtures("replaced")
+def test_captures_that_no_fit_begins_from_stay_as_they_are() -> None:
+    """A reversed encoder, which the fit put right by itself."""
+
+    def moves(*_: Any, **__: Any) -> Any:
+        raise DataError("the motor turns against its voltage")
+
+    before, given = estimate(1.0), [run()]
+    found = alignment.aligned(given, before, lambda _: None, glancing({}), moves)  # type: ignore
+    assert found == (given, before)
