@@ -7,6 +7,7 @@ stations' workers do.
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -154,9 +155,12 @@ def small_disk(megabytes: int) -> Iterator[Path]:
 def test_a_disk_that_fills_up() -> None:
     """Writers are told so, what is safe stays so, and all goes on once there is room."""
     with small_disk(160) as disk, running(str(disk)) as server:
-        writers = Writers(server.database("full_disk"))
+        place, ballast = server.database("full_disk"), disk / "ballast"
+        free = shutil.disk_usage(disk).free
+        with ballast.open("wb") as file:  # the rest is then full before the writers are done
+            os.posix_fallocate(file.fileno(), 0, free - (24 << 20))
+        writers = Writers(place)
         writers.wait_for(20)
-        ballast = disk / "ballast"
         _fill(ballast)
         before = writers.failed
         while writers.failed < before + WRITERS:
@@ -174,7 +178,7 @@ def test_a_disk_that_fills_up() -> None:
 
 def _fill(path: Path) -> None:
     """Until nothing more fits; for a moment others may be faster."""
-    with path.open("wb", buffering=0) as file:
+    with path.open("ab", buffering=0) as file:
         for size in (1 << 20, 1 << 12):
             for _ in range(1 << 16):
                 try:
