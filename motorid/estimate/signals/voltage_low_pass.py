@@ -30,6 +30,7 @@ LEAST = 0.08  # of V, in the first reading: less is what a bridge's resistance k
 WHOLE = (0.6, 1.5)  # of V, that the exponential must come from: a bridge's keeps a tenth at most
 ASTRAY = 0.02  # of V, rms, that readings may depart from it
 AT_ONCE = 0.01  # of a sample, by which a window may begin before the switch
+REMEDY = "take the capacitor off the voltage's divider, or let the board declare the filter"
 UNSURE = 0.07  # of T, standard, at least: what the bridge keeps of V has a course of its own
 
 
@@ -48,21 +49,25 @@ def declared(capture: Capture) -> tuple[Capture, Suspect | None]:
     if found is None:
         return capture, None
     volts, (size, unsure) = capture.channels[VOLTAGE], found
-    filtered = replace(
-        volts,
-        filter_s=size,
-        delay_s=volts.delay_s + size,
-        delay_uncertainty_s=float(np.hypot(volts.delay_uncertainty_s, unsure)),
-    )
+    late_s = float(np.hypot(volts.delay_uncertainty_s, unsure))
+    filtered = replace(behind(volts, size), delay_uncertainty_s=late_s)
     said = Suspect(
         "voltage_filtered", "terminal voltage",
-        f"the terminal voltage reads as behind a low-pass of {1e6 * size:.0f} µs "
-        f"({1 / (2 * np.pi * size):.3g} Hz): where the bridge brakes it falls no faster; the fit "
-        "allows for it",
-        "take the capacitor off the voltage's divider, or let the board declare the filter",
-        "named", allowed=True,
+        f"the terminal voltage reads as behind {described(size)}: where the bridge brakes it falls "
+        "no faster; the fit allows for it",
+        REMEDY, "named", allowed=True,
     )  # fmt: skip
     return replace(capture, channels={**capture.channels, VOLTAGE: filtered}), said
+
+
+def behind(volts: Channel, size_s: float) -> Channel:
+    """The channel, declared to pass a low-pass of that time constant."""
+    return replace(volts, filter_s=size_s, delay_s=volts.delay_s + size_s)
+
+
+def described(size_s: float) -> str:
+    """A low-pass by its time constant and its corner."""
+    return f"a low-pass of {1e6 * size_s:.0f} µs ({1 / (2 * np.pi * size_s):.3g} Hz)"
 
 
 def time_constant(capture: Capture) -> tuple[float, float] | None:

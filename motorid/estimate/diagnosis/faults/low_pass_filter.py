@@ -18,6 +18,7 @@ from motorid.estimate.effects.reading.speed_filter import SPEED_FILTER
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.measurements import EMF
 from motorid.estimate.signals.time_grid import IRREGULAR
+from motorid.estimate.signals.voltage_low_pass import REMEDY, behind, described
 
 Floats = NDArray[np.float64]
 
@@ -69,8 +70,7 @@ def _of(name: str, period: float) -> Hypothesis:
     def words(size: Floats) -> Words:
         return Words(
             name,
-            f"the {name} reads as behind a low-pass of {1e6 * size[0]:.0f} µs "
-            f"({1 / (2 * np.pi * size[0]):.3g} Hz)",
+            f"the {name} reads as behind {described(float(size[0]))}",
             f"take the filter out of the {name} channel, or correct the readings for it",
         )
 
@@ -86,9 +86,8 @@ def _of_voltage(period: float) -> Hypothesis:
     def words(size: Floats) -> Words:
         return Words(
             VOLTAGE.replace("_", " "),
-            f"the voltage reads as behind a low-pass of {1e6 * size[0]:.0f} µs "
-            f"({1 / (2 * np.pi * size[0]):.3g} Hz)",
-            "take the capacitor off the voltage's divider, or let the board declare the filter",
+            f"the voltage reads as behind {described(float(size[0]))}",
+            REMEDY,
         )
 
     return Hypothesis(
@@ -100,11 +99,10 @@ def _of_voltage(period: float) -> Hypothesis:
 def _declared_filter(capture: Capture, size_s: float) -> list[Capture]:
     """The capture whose voltage is declared to pass a low-pass of about that time constant."""
     volts = capture.channels[VOLTAGE]
-    filtered = [
-        replace(volts, filter_s=share * size_s, delay_s=volts.delay_s + share * size_s)
+    return [
+        replace(capture, channels={**capture.channels, VOLTAGE: behind(volts, share * size_s)})
         for share in AROUND
     ]
-    return [replace(capture, channels={**capture.channels, VOLTAGE: one}) for one in filtered]
 
 
 def _filtered_voltage(
