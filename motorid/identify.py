@@ -99,6 +99,7 @@ def _fit(
 ) -> Estimate:
     from motorid.errors import UsageError
     from motorid.estimate.partial import current_transient_alone, mechanical_fit
+    from motorid.estimate.partial.without_current import likelihood
     from motorid.estimate.results.estimate import AUTO, SIX
 
     known, model = {name: float(value) for name, value in (fix or {}).items()}, search["model"]
@@ -113,7 +114,7 @@ def _fit(
         raise UsageError(
             f"the method ml takes no {', '.join(foreign)}: choose another by --method, such as nls"
         )
-    from motorid.estimate.selection import held_rotor
+    from motorid.estimate.selection import fewer_channels, held_rotor
 
     if held_rotor.suits(captures):
         _check(known, without)
@@ -124,16 +125,19 @@ def _fit(
         return current_transient_alone.fit(captures, known)
     if mechanical_fit.suits(captures):
         _insist_on_six(model)
+        if likelihood.suits(captures, without):
+            _check(known, ())
+            return fewer_channels.without_current(captures, known, without)
         return mechanical_fit.fit(captures, fix=known, without=without)
     _check(known, without)
     from motorid.estimate.partial import electrical_only, locked_rotor
-    from motorid.estimate.selection import entry, without_motion
+    from motorid.estimate.selection import entry
     from motorid.estimate.signals.log_sections import pieces
 
     captures = locked_rotor.without_constant_motion(captures)
     if electrical_only.suits(captures):
         _insist_on_six(model)
-        return without_motion.fit(pieces(captures), known, without)
+        return fewer_channels.without_motion(pieces(captures), known, without)
     at_rest = (
         locked_rotor.without_motion(captures, known, without) if model in (SIX, AUTO) else None
     )

@@ -33,16 +33,23 @@ TRIED = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0)  # of a motion's lag by the start value
 
 
 def solved(
-    captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence[str]
+    captures: Sequence[Capture],
+    fix: Mapping[str, float],
+    without: Sequence[str],
+    begin: Mapping[str, float] | None = None,
 ) -> tuple[list[MotorRecord], Solution]:
-    """The captures as the likelihood sees them, and their most likely parameters; as ``fit``."""
+    """The captures as the likelihood sees them, and their most likely parameters; as ``fit``.
+
+    ``begin``: all parameters, where the search begins; None: where the readings say.
+    """
     fixed = held_values(fix, without)
     free = searched(fixed)
     if fixed.get("L") == 0.0:  # the rise of the current would be taken for a drop
         captures = [lossless(capture) for capture in captures]
     records = [MotorRecord(capture, free, fixed) for capture in captures]
-    sign_check.insist(records)
-    start, doubt = _begun(records, fixed)
+    if begin is None:
+        sign_check.insist(records)
+    start, doubt = _begun(records, fixed) if begin is None else (dict(begin), None)
     solution = settled(records, free, start)
     logged = any(record.sensed.waveform for record in records)
     if logged:  # a channel that is late by many samples leaves as much

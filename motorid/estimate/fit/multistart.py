@@ -192,14 +192,14 @@ def _filtered(records: Sequence[MotorRecord], white: Derivatives | None) -> Deri
     return replace(white, shared=tuple(shared), own_slopes=tuple(own))
 
 
-def leaves_misfit(solution: Solution, records: Sequence[MotorRecord]) -> bool:
-    """Residuals are neither noise nor small: the search ended in the wrong valley, or the model is
-    the wrong one.
+def leaves_misfit(solution: Solution, records: Sequence[MotorRecord], small: float = GROSS) -> bool:
+    """Residuals are neither noise nor ``small``, in shares of a channel's range: the search ended
+    in the wrong valley, or the model is the wrong one.
 
     A little that the model lacks, such as warming between runs, is no such thing.
     """
     return any(
-        misfits(left, GROSS * float(np.ptp(m.values)))
+        misfits(left, small * float(np.ptp(m.values)))
         for record, own in zip(records, solution.own, strict=True)
         for m, left in zip(record.measured, record.departures(solution.values, own), strict=True)
     )

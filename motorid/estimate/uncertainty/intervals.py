@@ -209,7 +209,7 @@ def of_ratio(
     return Parameter(name, unit, value, deviation, instrument, total, interval, Status.ESTIMATED)
 
 
-def _positive(
+def positive(
     found: Findings,
     name: str,
     unit: str,
@@ -257,7 +257,7 @@ def derived(
         if name == "electrical_time_constant" and found.motor().L == 0:
             continue
         at = "" if name in ("Kv",) or name.endswith("constant") else f" at {voltage_v:.3g} V"
-        out[name] = _positive(
+        out[name] = positive(
             found, name, about.unit, partial(_figure, name, voltage_v, brushes),
             about.meaning + at, UNKNOWN,
             figure_uncertainty(name, found.motor(), voltage_v, brushes),
@@ -281,7 +281,7 @@ def combinations(found: Findings, given: Mapping[str, Parameter]) -> dict[str, P
             logs = sum(p * np.log(max(getattr(motor, n), 1e-300)) for n, p in powers.items())
             return float(np.exp(logs))
 
-        p = _positive(found, name, unit, ratio, "", KNOWN_TOGETHER)
+        p = positive(found, name, unit, ratio, "", KNOWN_TOGETHER)
         if p.value is not None:
             out[name] = p
     return out

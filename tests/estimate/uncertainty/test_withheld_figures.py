@@ -46,7 +46,7 @@ def test_what_is_no_parameter_widens_a_figure(besides: float, given: bool) -> No
         return motor.K + 3.0 * motor.B
 
     value = VALUES["K"] + 3.0 * VALUES["B"]
-    p = intervals._positive(found, "figure", "x", of, "note", 0.5, besides * value)
+    p = intervals.positive(found, "figure", "x", of, "note", 0.5, besides * value)
     assert (p.value is not None) is given
     if given:
         noise = math.hypot(RELATIVE["K"] * VALUES["K"], 3.0 * RELATIVE["B"] * VALUES["B"])
@@ -61,7 +61,7 @@ def test_what_is_no_parameter_widens_a_figure(besides: float, given: bool) -> No
 
 def test_a_figure_that_is_endless_or_negative_does_not_exist() -> None:
     for value in (math.inf, math.nan, 0.0, -1.0):
-        p = intervals._positive(findings(), "figure", "x", lambda _, v=value: v, "", 0.5)
+        p = intervals.positive(findings(), "figure", "x", lambda _, v=value: v, "", 0.5)
         assert standing(p) == ("figure", "x", None, Status.NOT_IDENTIFIABLE)
         assert p.note == "it does not exist for this motor"
 

@@ -4,7 +4,8 @@
 
 Between two speeds a little windage looks like more B and less T0. Three speeds or a coast tell it.
 Nobody chose those of a log, and without a motion no speed is read: there what is usual of it is a
-line of the budget even where the readings hardly tell it.
+line of the budget even where the readings hardly tell it. Where B is held at nothing, as without a
+current, where nobody tells it from K, dry friction takes its place.
 """
 
 from __future__ import annotations
@@ -26,7 +27,9 @@ def _scale(subject: Subject) -> float:
     """The viscous torque at the speed of the highest voltage, over that speed's square."""
     if subject.judged_at is None:
         return 1.0
-    return scales.friction(subject, dry=False) / scales.top_speed(subject) ** 2
+    return (
+        scales.friction(subject, dry=subject.held.get("B") == 0.0) / scales.top_speed(subject) ** 2
+    )
 
 
 def _prior(subject: Subject, _: int) -> Prior | None:

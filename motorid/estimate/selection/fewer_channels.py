@@ -1,24 +1,30 @@
-"""Voltage and current without a motion: what the better models say of the values.
+"""Captures without a motion, or without a current: what the better models say of the values.
 
-The search is the one of captures with a motion, with K held, for friction and for what the winding
-and the brushes do. Of angles nobody knows the scale, and an inductance takes on the shape of what
-lies between the readings. The values stay. Where a model that the data support moves one, or no
-longer tells it, it is doubtful, and one finding says what it is beside the term.
+The search is the one of captures with all channels, on the scale that such a fit holds: without a
+motion for friction and for what the winding and the brushes do, without a current for friction. Of
+angles nobody knows the scale, and an inductance takes on the shape of what lies between the
+readings. The values stay. Where a model that the data support moves one, or no longer tells it, it
+is doubtful, and one finding says what it is beside the term.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from motorid.capture.model import Capture
+from motorid.estimate.assembly.assemble import UNCHANGED
 from motorid.estimate.assembly.covering import covering_sides
+from motorid.estimate.assembly.doubt import settled
 from motorid.estimate.diagnosis.refit import plain as plain_noise
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import TERMS
 from motorid.estimate.partial import electrical_only
+from motorid.estimate.partial.without_current import fit as no_current
+from motorid.estimate.partial.without_current.combinations import shares
+from motorid.estimate.partial.without_current.likelihood import Whole
 from motorid.estimate.results.estimate import Diagnostic, Estimate, Parameter
 from motorid.estimate.selection.entry import (
     MOST,
@@ -39,14 +45,26 @@ from motorid.estimate.uncertainty.intervals import Findings
 
 HEATING = TERMS["heating"]
 HALF = 0.5  # of what a fit would need
-SHOWN = ("quadratic-load", "direction", "brush-drop", "heating")
-OTHERS = tuple(term for term in TERMS.values() if term.name not in SHOWN)
+WITHOUT_MOTION = ("quadratic-load", "direction", "brush-drop", "heating")
+WITHOUT_CURRENT = ("quadratic-load", "direction", "stribeck")
+Parameters = Mapping[str, Parameter]
+Said = Callable[[Parameters, Parameters, str], list[Diagnostic]]
 
 
-def fit(captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence[str]) -> Estimate:
+def without_motion(
+    captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence[str]
+) -> Estimate:
     """``electrical_only.fit``, doubtful where a better model says otherwise. Raises as that."""
     with opened():
         return electrical_only.fit(captures, fix, without, better_models)
+
+
+def without_current(
+    captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence[str]
+) -> Estimate:
+    """``without_current.fit``, doubtful where a better model says otherwise. Raises as that."""
+    with opened():
+        return no_current.fit(captures, fix, without, _on_scale)
 
 
 def better_models(
@@ -58,19 +76,45 @@ def better_models(
     names: Mapping[str, str],
 ) -> list[Diagnostic]:
     """Findings on the parameters of ``estimate``; ``names`` of what stands in the place of some."""
+
+    def said(values: Parameters, others: Parameters, titles: str) -> list[Diagnostic]:
+        return _said(values, others, titles, names)
+
+    return _looked_for(estimate, records, doubts, held, without, WITHOUT_MOTION, said)
+
+
+def _on_scale(found: Whole) -> Estimate:
+    """What is found without a current, with the standing that better models leave it."""
+    said = _looked_for(
+        found.estimate, found.records, found.found, found.held, (), WITHOUT_CURRENT, _said_on_scale
+    )
+    covering = settled(found.estimate, said)
+    return replace(covering, diagnostics=(*said, *covering.diagnostics))
+
+
+def _looked_for(
+    estimate: Estimate,
+    records: Sequence[MotorRecord],
+    doubts: Findings,
+    held: Mapping[str, float],
+    without: Sequence[str],
+    shown: Sequence[str],
+    said: Said,
+) -> list[Diagnostic]:
+    """Findings by the terms that are ``shown``; ``said`` of values, and of others with a title."""
     current().bound(MOST, STATED)
     plain = replace(estimate, diagnostics=())
-    matters = reach(plain.parameters)
-    chosen, _ = looked_for(records, doubts.solution, held, matters, OTHERS)
+    others = tuple(term for term in TERMS.values() if term.name not in shown)
+    chosen, _ = looked_for(records, doubts.solution, held, reach(plain.parameters), others)
     best, open_models = standing_out(chosen, held, without)
-    unsettled = [*open_models, *(() if best else _warming(records, doubts.solution, held))]
+    warming = () if best or HEATING.name not in shown else _warming(records, doubts.solution, held)
     found = doubts
     if best is not None:
         fitted, found = best
         titles = " and ".join(term.title for term in fitted.terms)
-        said = _said(plain.parameters, parameters(found, fitted), titles, names)
-        plain = replace(plain, diagnostics=tuple(said))
-    plain = with_unsettled(plain, unsettled, nameable=False)
+        told = said(plain.parameters, parameters(found, fitted), titles)
+        plain = replace(plain, diagnostics=tuple(told))
+    plain = with_unsettled(plain, [*open_models, *warming], nameable=False)
     plain = with_seen(plain, known_beside(found, chosen.harmless, held, without))
     return list(plain.diagnostics)
 
@@ -95,6 +139,7 @@ def _said(
     titles: str,
     names: Mapping[str, str],
 ) -> list[Diagnostic]:
+    """Of parameters that are searched, as ``names`` has them."""
     moves: dict[str, float] = {}
     sides: dict[str, tuple[float, float]] = {}
     told = []
@@ -117,3 +162,13 @@ def _said(
             moves, sides,
         )
     ]  # fmt: skip
+
+
+def _said_on_scale(
+    values: Mapping[str, Parameter], others: Mapping[str, Parameter], titles: str
+) -> list[Diagnostic]:
+    """Of a fit without a current: in its combinations."""
+    return [
+        replace(one, message=f"{one.message.split(' With it: ')[0]} With it: {shares(others)}")
+        for one in _said(values, others, titles, UNCHANGED)
+    ]

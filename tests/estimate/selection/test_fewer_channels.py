@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from motorid.capture.model import CURRENT, VOLTAGE, Capture, Channel
+from motorid.estimate.model.extended_terms import TERMS
 from motorid.estimate.results.status import Status
-from motorid.estimate.selection import without_motion as module
+from motorid.estimate.selection import fewer_channels as module
 from tests.report.example import estimate, parameter
 from tests.six_parameters import fit
 
@@ -145,7 +146,8 @@ def test_what_is_found_and_what_half_shows_is_said(
     said = module.better_models(PLAIN, records, doubts, {"K": 1.0}, ("B",), {})
     assert said == ["with_seen", "with_unsettled", *(["said"] if found else [])]
     given = search.asked["looked_for"]
-    assert given == ("records", "solution", {"K": 1.0}, {"R": 0.5}, module.OTHERS)
+    assert given[:4] == ("records", "solution", {"K": 1.0}, {"R": 0.5})
+    assert {term.name for term in given[4]} == terms_but(module.WITHOUT_MOTION)
     assert search.asked["with_unsettled"] == (["open"] if found else ["open", "warm"],)
     widest = ("known" if found else doubts, "harmless", {"K": 1.0}, ("B",))
     assert search.asked["known_beside"] == widest
@@ -167,7 +169,11 @@ def test_a_winding_counts_from_half_of_what_a_fit_needs(
     assert [each.values for each in found] == ([{"R": 1.5, "K": 1.0}] if taken else [])
 
 
-def test_terms_that_count_turns_are_not_looked_for() -> None:
-    names = {term.name for term in module.OTHERS}
-    assert {"ripple", "cogging", "saturation", "eddy"} <= names
-    assert not names & {"quadratic-load", "brush-drop", "heating"}
+@pytest.mark.parametrize("shown", [module.WITHOUT_MOTION, module.WITHOUT_CURRENT])
+def test_terms_that_count_turns_are_not_looked_for(shown: tuple[str, ...]) -> None:
+    assert {"ripple", "cogging", "saturation", "eddy"} <= terms_but(shown)
+    assert "quadratic-load" in shown
+
+
+def terms_but(shown: tuple[str, ...]) -> set[str]:
+    return set(TERMS) - set(shown)
