@@ -27,7 +27,7 @@ def subject(*blocks: Any, **facts: Any) -> Any:
     known = {one.block.name: one for one in blocks}
     return SimpleNamespace(**{
         "block": known.get, "judged_at": MOTOR, "volts": np.array([3.0, -TOP_V]), "loss": None,
-        "driven": np.array([False, True, True]), "pwm_period_s": 5e-5, "losing": {},
+        "driven": np.array([False, True, True]), "pwm_period_s": 5e-5, "losing": {}, "held": {},
         "timeline": SimpleNamespace(period_s=1e-4, parts=(), count=2),
         "sensed": SimpleNamespace(waveform=None, channel=None, shows_emf=True, volts=np.zeros(2)),
         "capture": SimpleNamespace(wiring=Wiring(), provenance={}), "sources": (), **facts,

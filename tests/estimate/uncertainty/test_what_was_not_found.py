@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,7 @@ FOUR = (
 class Driven:
     judged_at: Any = (R, L, K, B, J, T0)
     volts: Any = (0.0, 6.0, -3.0)
+    held: Any = field(default_factory=dict)
 
 
 @dataclass
@@ -48,6 +49,9 @@ def test_windage_has_a_quarter_of_the_viscous_torque_at_no_load() -> None:
     top = 6.0 / K
     assert prior.sd * top**2 == pytest.approx(windage.USUAL * B * top)
     assert windage.WINDAGE.prior(Driven(judged_at=None), 0) is None
+    undivided = windage.WINDAGE.prior(Driven((R, L, K, 0.0, J, T0), held={"B": 0.0}), 0)
+    assert undivided is not None  # dry friction is all that is known of any
+    assert undivided.sd * top**2 == pytest.approx(windage.USUAL * T0)
 
 
 def test_what_the_readings_tell_is_a_line_and_the_rest_is_said() -> None:
