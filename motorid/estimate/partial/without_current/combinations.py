@@ -32,6 +32,7 @@ from motorid.estimate.results.estimate import (
 )
 from motorid.estimate.results.status import Status
 from motorid.estimate.uncertainty import intervals
+from motorid.estimate.uncertainty.unstated_gains import LEAST
 from motorid.motor.parameters import Motor
 
 CONSTANT, GAIN, FRICTION, WINDING = "JR/(K²+RB)", "K/(K²+RB)", "T0·R/K", "L/R"
@@ -248,9 +249,13 @@ def _not_stated(found: Estimate, command: bool) -> dict[str, dict[str, float]]:
             continue  # its scale is that of the answer
         share = {n: moves.get(n, 0.0) / value[n] for n in SHOWN}
         both = {
-            CONSTANT: (share["J"] - 2.0 * share["K"]) * value["J"] / value["K"] ** 2,
-            GAIN: -share["K"] / value["K"],
-            FRICTION: (share["T0"] - share["K"]) * value["T0"] / value["K"],
+            CONSTANT: (share["J"] - 2.0 * share["K"], value["J"] / value["K"] ** 2),
+            GAIN: (-share["K"], 1.0 / value["K"]),
+            FRICTION: (share["T0"] - share["K"], value["T0"] / value["K"]),
         }
-        out[gain] = {n: m for n, m in both.items() if math.isfinite(m) and abs(m) > 0.0}
+        out[gain] = {
+            name: part * whole
+            for name, (part, whole) in both.items()
+            if math.isfinite(whole) and abs(part) > LEAST
+        }
     return out
