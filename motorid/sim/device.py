@@ -106,12 +106,17 @@ class Device:
 
     # ------------------------------------------------------------------ bytes
 
-    def hear(self, data: bytes) -> None:
-        """Bytes from the host."""
+    def hear(self, data: bytes, at: float) -> None:
+        """Bytes from the host, sent ``at`` (s): within the sample period that began at ``now``, of
+        which the board's clock says so.
+        """
         if self._foreign or self._hush:
             return
+        assert self.board is not None
         self.cable.down.send(data, self.now)
+        self.board.since_sample_s = at - self.now
         self._deliver()
+        self.board.since_sample_s = 0.0
 
     def _deliver(self) -> None:
         """What has arrived at the board, to the board."""
