@@ -106,15 +106,15 @@ class Device:
 
     # ------------------------------------------------------------------ bytes
 
-    def hear(self, data: bytes, at: float) -> None:
-        """Bytes from the host, sent ``at`` (s): within the sample period that began at ``now``, of
-        which the board's clock says so.
+    def hear(self, data: bytes, at: float | None = None) -> None:
+        """Bytes from the host, ``at`` a time (s) within the sample period that began at ``now``,
+        which the board's clock tells; None: at its beginning.
         """
         if self._foreign or self._hush:
             return
         assert self.board is not None
         self.cable.down.send(data, self.now)
-        self.board.since_sample_s = at - self.now
+        self.board.since_sample_s = 0.0 if at is None else at - self.now
         self._deliver()
         self.board.since_sample_s = 0.0
 

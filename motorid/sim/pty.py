@@ -69,10 +69,10 @@ def _pump(device: Device, master: int, is_over: Callable[[], bool]) -> None:
     waiting, at = b"", device.now
     while not is_over():
         select.select([master], [master] if waiting else [], [], POLL_S)
-        data, now = _read(master), time.monotonic()
+        device.hear(_read(master))
+        now = time.monotonic()
         at += min(now - before, LATE_S)
         before = now
-        device.hear(data, at)
         device.advance_to(at)
         device.check()
         waiting = _write(master, (waiting + device.take(CHUNK))[-MOST_WAITING:])
