@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections.abc import Callable
 from typing import Any
@@ -59,6 +60,7 @@ class Board:
         self._send, self._has_room = send, has_room
         self.seconds = 0.0
         self.tick = options.first_tick  # of the last sample; grows without wrapping
+        self.since_sample_s = 0.0  # true time since then, at which a command came
         self.boots = 0
         self.runs = 0
         self.on_run: Callable[[], None] = lambda: None
@@ -84,6 +86,12 @@ class Board:
         self._zeroing: _Zeroing | None = None
         self._period = idle_period(self.options, self.chain)
         self._send(encode_event("hello", boot_id=self.boot_id, reset_cause=cause))
+
+    @property
+    def clock(self) -> int:
+        """Ticks of the board's clock, which goes on between samples; no sample is due yet."""
+        since = math.floor(self.since_sample_s * self.chain.clock_hz)
+        return self.tick + min(max(since, 0), self._period - 1)
 
     def reset(self, cause: ResetCause) -> None:
         """Restart the processor: bridge open, everything forgotten, ticks from 0."""

@@ -106,12 +106,17 @@ class Device:
 
     # ------------------------------------------------------------------ bytes
 
-    def hear(self, data: bytes) -> None:
-        """Bytes from the host."""
+    def hear(self, data: bytes, at: float | None = None) -> None:
+        """Bytes from the host, ``at`` a time (s) within the sample period that began at ``now``,
+        which the board's clock tells; None: at its beginning.
+        """
         if self._foreign or self._hush:
             return
+        assert self.board is not None
         self.cable.down.send(data, self.now)
+        self.board.since_sample_s = 0.0 if at is None else at - self.now
         self._deliver()
+        self.board.since_sample_s = 0.0
 
     def _deliver(self) -> None:
         """What has arrived at the board, to the board."""

@@ -53,12 +53,14 @@ class Described(Protocol):
     reset_cause: ResetCause
     state: State
     fault: Fault
-    tick: int
     dropped: int
     inputs: int
     config: Fields | None
     steps: list[Fields]
     run: Run | None
+
+    @property
+    def clock(self) -> int: ...
 
 
 def identify(board: Described) -> Fields:
@@ -189,7 +191,7 @@ def status(board: Described) -> Fields:
     return {
         "state": board.state,
         "fault": board.fault,
-        "tick": board.tick & U32,
+        "tick": board.clock & U32,
         "position": sign * board.bench.count & U32,
         "current_raw": int(raw[0]),
         "terminal_voltage_raw": int(raw[1]),

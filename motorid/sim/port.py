@@ -45,7 +45,7 @@ class SimPort:
 
     def write(self, data: bytes) -> None:
         """Bytes to the board, which acts on them at once. Raises LinkError."""
-        self._check().hear(data)
+        self._check().hear(data, self.now())
 
     def now(self) -> float:
         """Simulated seconds, and what was waited since the last sample."""

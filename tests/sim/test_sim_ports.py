@@ -6,9 +6,11 @@ import sys
 import threading
 import time
 
+import numpy as np
 import pytest
 
 from motorid.errors import LinkError
+from motorid.sim.options import CLOCK_HZ
 from motorid.sim.port import open_sim
 from motorid.wire.codec import Reply, decode, encode_command
 from motorid.wire.framing import Decoder, Frame, encode
@@ -29,6 +31,22 @@ def test_simulated_time_moves_only_in_read(monkeypatch: pytest.MonkeyPatch) -> N
     before = port.now()
     assert port.read(1000, 2.0) == b""
     assert port.now() == pytest.approx(before + 2.0, abs=0.02)
+
+
+@pytest.mark.parametrize("ppm", [0, 20_000])
+def test_the_board_s_clock_goes_on_between_samples(ppm: int) -> None:
+    """The host compares it with its own, in which a wait ends within a sample period."""
+    client = Client(f"baud=0&clock_ppm={ppm}")
+    client.port.read(1000, 0.01)
+    found = []
+    for wait in (0.0, 31e-6, 170e-6, 0.0113):
+        client.port.read(1000, wait)
+        found.append((client.port.now(), client.ask("read_status").fields["tick"]))
+    times, ticks = np.array(found).T
+    lags = times - client.port.device.now
+    assert np.ptp(lags / client.port.device.step_s % 1.0) > 0.1, "some are within a period"
+    expected = CLOCK_HZ * (1 + 1e-6 * ppm) * (times - times[0])
+    assert ticks - ticks[0] == pytest.approx(expected, abs=1.0)
 
 
 @pytest.mark.slow
