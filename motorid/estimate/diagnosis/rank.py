@@ -21,7 +21,6 @@ from motorid.estimate.diagnosis.faults import (
     encoder_bandwidth,
     load_slip,
     lost_rows,
-    low_pass_filter,
     model_alternatives,
     repeated_readings,
     saturation,
@@ -29,6 +28,7 @@ from motorid.estimate.diagnosis.faults import (
 )
 from motorid.estimate.diagnosis.faults.bridge import pulse_distortion, supply_path
 from motorid.estimate.diagnosis.faults.encoder_bandwidth import jumps
+from motorid.estimate.diagnosis.faults.filters import high_pass_filter, low_pass_filter
 from motorid.estimate.diagnosis.input_noise import InputNoise
 from motorid.estimate.diagnosis.refit import Refit, go_on, refit, rest
 from motorid.estimate.diagnosis.score_test import Screen
@@ -47,18 +47,15 @@ SCREENED = (
     low_pass_filter,
     saturation,
     current_zero,
+    high_pass_filter,
     decay_mode,
     distorted_readings,
     declared_brushes,
     supply_path,
     encoder_bandwidth,
 )  # by derivatives
-SEEN = (
-    load_slip,
-    saturation,
-    encoder_bandwidth,
-    current_limited_supply,
-)  # in blocks: they mislead a fit too far for its derivatives
+# in blocks: they mislead a fit too far for its derivatives
+SEEN = (load_slip, saturation, encoder_bandwidth, current_limited_supply)
 WORTH = 0.08  # fall of F for each reading that a hypothesis must promise, to be fitted; or CLEAR
 RIVAL = 0.1  # of the best promise, that makes a rival,
 PEER = 0.5  # and that makes one of what a motor does: it stands at the same linear laws
@@ -73,6 +70,7 @@ PART = 0.15  # the least share of a fault that explains so much surely
 FEW, BETTER = 4, 2  # steps of a fit from every size, and how many go on to their end
 MUCH = 0.5  # of the misfit, that a fault leaves: another may be the larger one,
 # and that one which explains a small misfit has to explain
+ALL = 0.9  # of the misfit: what explains so much is told, even where it moves nothing
 MOSTLY = 0.75  # the least share of a vague one that explains a small misfit
 ODD = 2.0  # excess of one run over that of any other, which makes it the one to look at
 VANISHED, AGAIN = 0.05, 0.3  # L/R in sample periods
@@ -114,6 +112,7 @@ class Trial:
         much |= self.gain > LIKELY and (self.seen or self.share > SHARE)
         far = self.farthest > BEYOND
         harms = far or max(abs(s) for s in self.shift.values()) > HARM
+        harms |= self.gain > SURELY and self.share > ALL  # it leaves a lack of fit, and doubts
         most = MOSTLY if self.hypothesis.vague else MUCH
         enough = (much and harms) or (self.clear and self.share > most and far)
         told = self.alone and abs(float(self.found.size[0])) >= self.hypothesis.least
@@ -141,8 +140,8 @@ def suspects(
     """What in the measuring chain spoils these captures, the surest first, and which of it was
     convicted by a fit; empty: nothing seen. ``parameters``: how well each is known.
     """
-    found = direct(records) + unstated_channels.suspects(records, solution)
-    found += pulse_distortion.suspects(records, solution)
+    looks = unstated_channels, pulse_distortion, high_pass_filter
+    found = direct(records) + [s for look in looks for s in look.suspects(records, solution)]
     others = [s for s in found if s.code != encoder_bandwidth.LOST]
     if spoiling(others):
         return tuple(found), None

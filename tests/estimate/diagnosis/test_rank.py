@@ -265,7 +265,7 @@ def accused(
     odd: int | None = None,
 ) -> tuple[tuple[Suspect, ...], rank.Convicted | None]:  # fmt: skip
     monkeypatch.setattr(rank, "direct", lambda _: list(seen))
-    for fitted in (rank.unstated_channels, rank.pulse_distortion):
+    for fitted in (rank.unstated_channels, rank.pulse_distortion, rank.high_pass_filter):
         monkeypatch.setattr(fitted, "suspects", lambda *_: [])
     records: Any = ["one", "two", "three"]
     some = records if odd is None else records[odd : odd + 1]
