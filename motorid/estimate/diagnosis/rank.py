@@ -13,6 +13,7 @@ from motorid.estimate.diagnosis import misfit, reach
 from motorid.estimate.diagnosis.fault import Hypothesis
 from motorid.estimate.diagnosis.faults import (
     channel_delay,
+    common_mode,
     current_limited_supply,
     current_zero,
     decay_mode,
@@ -47,6 +48,7 @@ SCREENED = (
     low_pass_filter,
     saturation,
     current_zero,
+    common_mode,
     high_pass_filter,
     decay_mode,
     distorted_readings,
@@ -68,8 +70,7 @@ NEAR = 2e-3  # of all that there is to explain: not worth another step of a fit
 SHARE = 0.3  # and this share of all that there is to explain,
 PART = 0.15  # the least share of a fault that explains so much surely
 FEW, BETTER = 4, 2  # steps of a fit from every size, and how many go on to their end
-MUCH = 0.5  # of the misfit, that a fault leaves: another may be the larger one,
-# and that one which explains a small misfit has to explain
+MUCH = 0.5  # of the misfit, that a fault leaves: another may be larger; or explains of a small one
 ALL = 0.9  # of the misfit: what explains so much is told, even where it moves nothing
 MOSTLY = 0.75  # the least share of a vague one that explains a small misfit
 ODD = 2.0  # excess of one run over that of any other, which makes it the one to look at
