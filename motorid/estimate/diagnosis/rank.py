@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.errors import DataError
 from motorid.estimate.diagnosis import misfit, reach
 from motorid.estimate.diagnosis.fault import Hypothesis
 from motorid.estimate.diagnosis.faults import (
@@ -31,10 +30,10 @@ from motorid.estimate.diagnosis.faults.bridge import pulse_distortion, supply_pa
 from motorid.estimate.diagnosis.faults.encoder_bandwidth import jumps
 from motorid.estimate.diagnosis.faults.filters import high_pass_filter, low_pass_filter
 from motorid.estimate.diagnosis.input_noise import InputNoise
-from motorid.estimate.diagnosis.refit import Refit, go_on, refit, rest
+from motorid.estimate.diagnosis.refit import Refit, at, go_on, refit, rest
+from motorid.estimate.diagnosis.refit import starts as begin_at
 from motorid.estimate.diagnosis.score_test import Screen
 from motorid.estimate.fit.block_regression import Size
-from motorid.estimate.fit.start_values import start_values
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Parameter, Suspect
 from motorid.estimate.solver.autoregression import inflation
@@ -74,7 +73,6 @@ MUCH = 0.5  # of the misfit, that a fault leaves: another may be larger; or expl
 ALL = 0.9  # of the misfit: what explains so much is told, even where it moves nothing
 MOSTLY = 0.75  # the least share of a vague one that explains a small misfit
 ODD = 2.0  # excess of one run over that of any other, which makes it the one to look at
-VANISHED, AGAIN = 0.05, 0.3  # L/R in sample periods
 HARMLESS = {"current_offset", "supply_limited"}  # a fit may allow for them: others are sought too
 HARM = 0.002  # relative shift of a parameter that makes a fault worth naming,
 BEYOND = 2.0  # or this many of its standard uncertainties by noise,
@@ -277,7 +275,7 @@ def trials(
     rivals = list(_rivals(records, solution, promise, driven.screen))
     if not rivals:
         return []
-    starts, enough = _starts(records, solution), max(NEAR * excess * readings, 1.0)
+    starts, enough = begin_at(records, solution), max(NEAR * excess * readings, 1.0)
     usual = refit(records, starts, enough=enough)
     names = [u.name for u in solution.unknowns]
     deviations = _deviations(solution, parameters)
@@ -357,7 +355,7 @@ def _rivals(
         if seen is not None:
             some = True
             hypothesis, start = seen
-            yield hypothesis, start.size, [_at(solution, start.motor, period), solution], True
+            yield hypothesis, start.size, [at(solution, start.motor, period), solution], True
     screen = screen or Screen(records, solution)
     scores = [screen.best(h) for module in SCREENED for h in module.hypotheses(records)]
     scores.sort(key=lambda s: -s.gain)
@@ -370,31 +368,3 @@ def _rivals(
         s = screen.best(h)
         if s.gain > max(least, PEER * best):
             yield s.hypothesis, s.size, [solution], False
-
-
-def _starts(records: Sequence[MotorRecord], solution: Solution) -> list[Solution]:
-    """Where fits begin: the solution, and the closed forms, which a fault misleads less."""
-    free = {u.name for u in solution.unknowns}
-    fixed = {
-        name: float(value)
-        for name, value in zip(records[0].names, records[0].motor(solution.values), strict=True)
-        if name not in free
-    }
-    period = min(r.timeline.period_s for r in records)
-    try:
-        closed = start_values(records, fixed)
-    except DataError:  # the closed forms need a current and a motion
-        return [_at(solution, {}, period)]
-    return [_at(solution, {}, period), _at(solution, closed, period)]
-
-
-def _at(solution: Solution, motor: Mapping[str, float], period_s: float) -> Solution:
-    """The same with the motor's values in place of the solution's.
-
-    An inductance that has all but vanished gets one that the data can tell: no fit finds back.
-    """
-    values = {u.name: float(v) for u, v in zip(solution.unknowns, solution.values, strict=True)}
-    values |= {name: v for name, v in motor.items() if name in values and v > 0}
-    if "L" in values and "R" in values and values["L"] < VANISHED * values["R"] * period_s:
-        values["L"] = AGAIN * values["R"] * period_s
-    return replace(solution, values=np.array([values[u.name] for u in solution.unknowns]))

@@ -18,7 +18,7 @@ from motorid.capture.model import CURRENT
 from motorid.estimate.diagnosis import misfit
 from motorid.estimate.diagnosis.fault import Hypothesis, Words, acting
 from motorid.estimate.diagnosis.faults import model_alternatives
-from motorid.estimate.diagnosis.refit import Refit, refit, residuals
+from motorid.estimate.diagnosis.refit import Refit, refit, residuals, starts
 from motorid.estimate.diagnosis.score_test import Screen
 from motorid.estimate.effects.reading.current_coupling import CURRENT_COUPLING, bounds, record_s
 from motorid.estimate.model.capture_model import MotorRecord
@@ -55,7 +55,7 @@ def suspects(records: Sequence[MotorRecord], solution: Solution) -> list[Suspect
     if not hypothesis.lower[0] < best.size[0] < hypothesis.upper[0] or not moved:
         return []
     left = _of_current(records, residuals(records, best, hypothesis)) + SURELY * most
-    usual = refit(records, [solution], enough=ENOUGH, steps=STEPS)
+    usual = refit(records, starts(records, solution), enough=ENOUGH, steps=STEPS)
     if _of_current(records, misfit.residuals(records, usual.search)) < left:
         return []
     for other in model_alternatives.hypotheses(records):
@@ -67,9 +67,11 @@ def suspects(records: Sequence[MotorRecord], solution: Solution) -> list[Suspect
 
 
 def _best(records: Sequence[MotorRecord], solution: Solution, hypothesis: Hypothesis) -> Refit:
-    """The best fit with a fault, from every second of its sizes."""
-    sizes = hypothesis.sizes[::2]
-    found = [refit(records, [solution], hypothesis, size, ENOUGH, STEPS) for size in sizes]
+    """The best fit with a fault, from every second of its sizes. A friction that the fault took to
+    zero stays there, so that closed forms begin as well.
+    """
+    begin, sizes = starts(records, solution), hypothesis.sizes[::2]
+    found = [refit(records, begin, hypothesis, size, ENOUGH, STEPS) for size in sizes]
     return min(found, key=lambda one: one.objective)
 
 
