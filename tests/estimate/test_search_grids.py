@@ -19,9 +19,9 @@ from motorid.estimate.diagnosis.faults import (
     channel_delay,
     load_slip,
     lost_rows,
-    low_pass_filter,
     saturation,
 )
+from motorid.estimate.diagnosis.faults.filters import low_pass_filter
 from motorid.estimate.fit import (
     joint_fit,
     lagging_start,

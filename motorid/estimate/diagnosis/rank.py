@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.errors import DataError
 from motorid.estimate.diagnosis import misfit, reach
 from motorid.estimate.diagnosis.fault import Hypothesis
 from motorid.estimate.diagnosis.faults import (
     channel_delay,
+    common_mode,
     current_limited_supply,
     current_zero,
     decay_mode,
@@ -21,7 +21,6 @@ from motorid.estimate.diagnosis.faults import (
     encoder_bandwidth,
     load_slip,
     lost_rows,
-    low_pass_filter,
     model_alternatives,
     repeated_readings,
     saturation,
@@ -29,11 +28,12 @@ from motorid.estimate.diagnosis.faults import (
 )
 from motorid.estimate.diagnosis.faults.bridge import pulse_distortion, supply_path
 from motorid.estimate.diagnosis.faults.encoder_bandwidth import jumps
+from motorid.estimate.diagnosis.faults.filters import high_pass_filter, low_pass_filter
 from motorid.estimate.diagnosis.input_noise import InputNoise
-from motorid.estimate.diagnosis.refit import Refit, go_on, refit, rest
+from motorid.estimate.diagnosis.refit import Refit, at, go_on, refit, rest
+from motorid.estimate.diagnosis.refit import starts as begin_at
 from motorid.estimate.diagnosis.score_test import Screen
 from motorid.estimate.fit.block_regression import Size
-from motorid.estimate.fit.start_values import start_values
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Parameter, Suspect
 from motorid.estimate.solver.autoregression import inflation
@@ -47,18 +47,16 @@ SCREENED = (
     low_pass_filter,
     saturation,
     current_zero,
+    common_mode,
+    high_pass_filter,
     decay_mode,
     distorted_readings,
     declared_brushes,
     supply_path,
     encoder_bandwidth,
 )  # by derivatives
-SEEN = (
-    load_slip,
-    saturation,
-    encoder_bandwidth,
-    current_limited_supply,
-)  # in blocks: they mislead a fit too far for its derivatives
+# in blocks: they mislead a fit too far for its derivatives
+SEEN = (load_slip, saturation, encoder_bandwidth, current_limited_supply)
 WORTH = 0.08  # fall of F for each reading that a hypothesis must promise, to be fitted; or CLEAR
 RIVAL = 0.1  # of the best promise, that makes a rival,
 PEER = 0.5  # and that makes one of what a motor does: it stands at the same linear laws
@@ -71,11 +69,10 @@ NEAR = 2e-3  # of all that there is to explain: not worth another step of a fit
 SHARE = 0.3  # and this share of all that there is to explain,
 PART = 0.15  # the least share of a fault that explains so much surely
 FEW, BETTER = 4, 2  # steps of a fit from every size, and how many go on to their end
-MUCH = 0.5  # of the misfit, that a fault leaves: another may be the larger one,
-# and that one which explains a small misfit has to explain
+MUCH = 0.5  # of the misfit, that a fault leaves: another may be larger; or explains of a small one
+ALL = 0.9  # of the misfit: what explains so much is told, even where it moves nothing
 MOSTLY = 0.75  # the least share of a vague one that explains a small misfit
 ODD = 2.0  # excess of one run over that of any other, which makes it the one to look at
-VANISHED, AGAIN = 0.05, 0.3  # L/R in sample periods
 HARMLESS = {"current_offset", "supply_limited"}  # a fit may allow for them: others are sought too
 HARM = 0.002  # relative shift of a parameter that makes a fault worth naming,
 BEYOND = 2.0  # or this many of its standard uncertainties by noise,
@@ -114,6 +111,7 @@ class Trial:
         much |= self.gain > LIKELY and (self.seen or self.share > SHARE)
         far = self.farthest > BEYOND
         harms = far or max(abs(s) for s in self.shift.values()) > HARM
+        harms |= self.gain > SURELY and self.share > ALL  # it leaves a lack of fit, and doubts
         most = MOSTLY if self.hypothesis.vague else MUCH
         enough = (much and harms) or (self.clear and self.share > most and far)
         told = self.alone and abs(float(self.found.size[0])) >= self.hypothesis.least
@@ -141,8 +139,8 @@ def suspects(
     """What in the measuring chain spoils these captures, the surest first, and which of it was
     convicted by a fit; empty: nothing seen. ``parameters``: how well each is known.
     """
-    found = direct(records) + unstated_channels.suspects(records, solution)
-    found += pulse_distortion.suspects(records, solution)
+    looks = unstated_channels, pulse_distortion, high_pass_filter
+    found = direct(records) + [s for look in looks for s in look.suspects(records, solution)]
     others = [s for s in found if s.code != encoder_bandwidth.LOST]
     if spoiling(others):
         return tuple(found), None
@@ -277,7 +275,7 @@ def trials(
     rivals = list(_rivals(records, solution, promise, driven.screen))
     if not rivals:
         return []
-    starts, enough = _starts(records, solution), max(NEAR * excess * readings, 1.0)
+    starts, enough = begin_at(records, solution), max(NEAR * excess * readings, 1.0)
     usual = refit(records, starts, enough=enough)
     names = [u.name for u in solution.unknowns]
     deviations = _deviations(solution, parameters)
@@ -357,7 +355,7 @@ def _rivals(
         if seen is not None:
             some = True
             hypothesis, start = seen
-            yield hypothesis, start.size, [_at(solution, start.motor, period), solution], True
+            yield hypothesis, start.size, [at(solution, start.motor, period), solution], True
     screen = screen or Screen(records, solution)
     scores = [screen.best(h) for module in SCREENED for h in module.hypotheses(records)]
     scores.sort(key=lambda s: -s.gain)
@@ -370,31 +368,3 @@ def _rivals(
         s = screen.best(h)
         if s.gain > max(least, PEER * best):
             yield s.hypothesis, s.size, [solution], False
-
-
-def _starts(records: Sequence[MotorRecord], solution: Solution) -> list[Solution]:
-    """Where fits begin: the solution, and the closed forms, which a fault misleads less."""
-    free = {u.name for u in solution.unknowns}
-    fixed = {
-        name: float(value)
-        for name, value in zip(records[0].names, records[0].motor(solution.values), strict=True)
-        if name not in free
-    }
-    period = min(r.timeline.period_s for r in records)
-    try:
-        closed = start_values(records, fixed)
-    except DataError:  # the closed forms need a current and a motion
-        return [_at(solution, {}, period)]
-    return [_at(solution, {}, period), _at(solution, closed, period)]
-
-
-def _at(solution: Solution, motor: Mapping[str, float], period_s: float) -> Solution:
-    """The same with the motor's values in place of the solution's.
-
-    An inductance that has all but vanished gets one that the data can tell: no fit finds back.
-    """
-    values = {u.name: float(v) for u, v in zip(solution.unknowns, solution.values, strict=True)}
-    values |= {name: v for name, v in motor.items() if name in values and v > 0}
-    if "L" in values and "R" in values and values["L"] < VANISHED * values["R"] * period_s:
-        values["L"] = AGAIN * values["R"] * period_s
-    return replace(solution, values=np.array([values[u.name] for u in solution.unknowns]))

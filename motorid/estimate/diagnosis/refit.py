@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +13,7 @@ from motorid.errors import DataError
 from motorid.estimate.diagnosis import misfit
 from motorid.estimate.diagnosis.fault import Hypothesis
 from motorid.estimate.fit.block_regression import Size
+from motorid.estimate.fit.start_values import start_values
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.solver.concentrated_likelihood import BEYOND
 from motorid.estimate.solver.levenberg_marquardt import maximise
@@ -21,6 +22,7 @@ from motorid.estimate.solver.problem import Solution, Unknown
 Floats = NDArray[np.float64]
 
 STEPS = 20
+VANISHED, AGAIN = 0.05, 0.3  # L/R in sample periods
 
 
 class Widened:
@@ -171,3 +173,31 @@ def go_on(
     """The same from where a fit after few steps was; ``start``: that one's."""
     there = replace(start, values=begun.values, own=begun.search.own)
     return _from(records, there, hypothesis, tuple(begun.size.tolist()), enough, STEPS)
+
+
+def starts(records: Sequence[MotorRecord], solution: Solution) -> list[Solution]:
+    """Where fits begin: the solution, and the closed forms, which a fault misleads less."""
+    free = {u.name for u in solution.unknowns}
+    fixed = {
+        name: float(value)
+        for name, value in zip(records[0].names, records[0].motor(solution.values), strict=True)
+        if name not in free
+    }
+    period = min(r.timeline.period_s for r in records)
+    try:
+        closed = start_values(records, fixed)
+    except DataError:  # the closed forms need a current and a motion
+        return [at(solution, {}, period)]
+    return [at(solution, {}, period), at(solution, closed, period)]
+
+
+def at(solution: Solution, motor: Mapping[str, float], period_s: float) -> Solution:
+    """The same with the motor's values in place of the solution's.
+
+    An inductance that has all but vanished gets one that the data can tell: no fit finds back.
+    """
+    values = {u.name: float(v) for u, v in zip(solution.unknowns, solution.values, strict=True)}
+    values |= {name: v for name, v in motor.items() if name in values and v > 0}
+    if "L" in values and "R" in values and values["L"] < VANISHED * values["R"] * period_s:
+        values["L"] = AGAIN * values["R"] * period_s
+    return replace(solution, values=np.array([values[u.name] for u in solution.unknowns]))

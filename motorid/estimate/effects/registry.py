@@ -17,6 +17,8 @@ from motorid.estimate.effects.iron.eddies_in_pulses import EDDIES_IN_PULSES
 from motorid.estimate.effects.iron.eddy_currents import EDDY_CURRENTS
 from motorid.estimate.effects.iron.saturation import SATURATION
 from motorid.estimate.effects.reading.converter_steps import CONVERTER_STEPS
+from motorid.estimate.effects.reading.current_common_mode import CURRENT_COMMON_MODE
+from motorid.estimate.effects.reading.current_coupling import CURRENT_COUPLING
 from motorid.estimate.effects.reading.current_filter import CURRENT_FILTER
 from motorid.estimate.effects.reading.current_gain import CURRENT_GAIN
 from motorid.estimate.effects.reading.current_nonlinearity import CURRENT_NONLINEARITY
@@ -147,6 +149,8 @@ ADDED = (
     MISSED_COUNTS,
     *(kind for kinds in SMOOTHED.values() for kind in kinds.values()),
     DRIVEN_CURRENT_OFFSET,
+    CURRENT_COUPLING,
+    CURRENT_COMMON_MODE,
     REFERENCE_SAG,
     SUPPLY_PATH,
     QUADRATIC_FRICTION,

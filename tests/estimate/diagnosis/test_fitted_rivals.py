@@ -46,7 +46,7 @@ class Fits:
         monkeypatch.setattr(rank, "InputNoise", SimpleNamespace(of=lambda *_: noise))
         monkeypatch.setattr(rank, "refit", self.refit)
         monkeypatch.setattr(rank, "_rivals", lambda *given: self.asked(*given))
-        monkeypatch.setattr(rank, "_starts", lambda *_: ["usual starts"])
+        monkeypatch.setattr(rank, "begin_at", lambda *_: ["usual starts"])
         monkeypatch.setattr(rank, "inflation", lambda _: 1.5)
         self.least = 0.0
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from motorid.estimate.diagnosis import misfit, rank
+from motorid.estimate.diagnosis import misfit, rank, refit
 from motorid.estimate.diagnosis.fault import Hypothesis, Words
 from motorid.estimate.diagnosis.rank import Trial
 from motorid.estimate.diagnosis.refit import Refit
@@ -175,15 +175,15 @@ def test_the_run_that_misfits_far_more_is_looked_at_alone(monkeypatch: pytest.Mo
 
 
 def test_a_fit_begins_with_another_motor_where_that_has_values() -> None:
-    at = rank._at(solution(), {"R": 3.0, "J": -1.0, "other": 5.0}, 1e-4)
+    at = refit.at(solution(), {"R": 3.0, "J": -1.0, "other": 5.0}, 1e-4)
     assert dict(zip(MOTOR, at.values.tolist(), strict=True)) == {**MOTOR, "R": 3.0}
 
 
 def test_an_inductance_that_vanished_begins_where_readings_tell_it() -> None:
     period_s = 1e-4
-    gone = rank._at(solution(L=0.04 * 2.0 * period_s), {}, period_s)
+    gone = refit.at(solution(L=0.04 * 2.0 * period_s), {}, period_s)
     assert gone.values[1] == pytest.approx(0.3 * 2.0 * period_s)
-    there = rank._at(solution(L=0.06 * 2.0 * period_s), {}, period_s)
+    there = refit.at(solution(L=0.06 * 2.0 * period_s), {}, period_s)
     assert there.values[1] == 0.06 * 2.0 * period_s
 
 
@@ -193,7 +193,7 @@ def test_without_a_current_a_fit_begins_at_the_solution_alone() -> None:
         measured=(), capture=SimpleNamespace(path=None, get=lambda _: None),
         sensed=SimpleNamespace(waveform=None),
     )  # fmt: skip
-    starts = rank._starts([record], solution())  # type: ignore[list-item]
+    starts = refit.starts([record], solution())  # type: ignore[list-item]
     assert len(starts) == 1
     assert starts[0].values == pytest.approx(list(MOTOR.values()))
     assert math.isfinite(starts[0].objective)
@@ -265,7 +265,7 @@ def accused(
     odd: int | None = None,
 ) -> tuple[tuple[Suspect, ...], rank.Convicted | None]:  # fmt: skip
     monkeypatch.setattr(rank, "direct", lambda _: list(seen))
-    for fitted in (rank.unstated_channels, rank.pulse_distortion):
+    for fitted in (rank.unstated_channels, rank.pulse_distortion, rank.high_pass_filter):
         monkeypatch.setattr(fitted, "suspects", lambda *_: [])
     records: Any = ["one", "two", "three"]
     some = records if odd is None else records[odd : odd + 1]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE
 from motorid.estimate.diagnosis import filter_rest
 from motorid.estimate.diagnosis.fault import short
-from motorid.estimate.diagnosis.faults.low_pass_filter import shown
+from motorid.estimate.diagnosis.faults.filters.low_pass_filter import shown
 from motorid.estimate.effects.influence_quantity import Instance
 from motorid.estimate.effects.reading.smoothing import SMOOTHED
 from motorid.estimate.effects.registry import WITHOUT_WORD

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import CURRENT, POSITION, Capture
-from motorid.estimate.diagnosis.faults import encoder_bandwidth, low_pass_filter, saturation
+from motorid.estimate.diagnosis.faults import encoder_bandwidth, saturation
+from motorid.estimate.diagnosis.faults.filters import low_pass_filter
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
 from tests.exact_capture import FAULHABER, Plan, clean_capture

@@ -15,11 +15,11 @@ from motorid.estimate.diagnosis.faults import (
     current_limited_supply,
     current_zero,
     encoder_bandwidth,
-    low_pass_filter,
     model_alternatives,
     motion,
     saturation,
 )
+from motorid.estimate.diagnosis.faults.filters import low_pass_filter
 from motorid.estimate.fit import block_regression
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS

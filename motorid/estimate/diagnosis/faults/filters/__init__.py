@@ -1,0 +1,1 @@
+"""A channel behind a filter that nobody declared: a low-pass, or a high-pass."""
