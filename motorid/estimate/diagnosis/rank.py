@@ -26,6 +26,7 @@ from motorid.estimate.diagnosis.faults import (
     repeated_readings,
     saturation,
     unstated_channels,
+    voltage_zero,
 )
 from motorid.estimate.diagnosis.faults.bridge import pulse_distortion, supply_path
 from motorid.estimate.diagnosis.faults.encoder_bandwidth import jumps
@@ -47,18 +48,15 @@ SCREENED = (
     low_pass_filter,
     saturation,
     current_zero,
+    voltage_zero,
     decay_mode,
     distorted_readings,
     declared_brushes,
     supply_path,
     encoder_bandwidth,
 )  # by derivatives
-SEEN = (
-    load_slip,
-    saturation,
-    encoder_bandwidth,
-    current_limited_supply,
-)  # in blocks: they mislead a fit too far for its derivatives
+SEEN = (load_slip, saturation, encoder_bandwidth, current_limited_supply)
+# in blocks: they mislead a fit too far for its derivatives
 WORTH = 0.08  # fall of F for each reading that a hypothesis must promise, to be fitted; or CLEAR
 RIVAL = 0.1  # of the best promise, that makes a rival,
 PEER = 0.5  # and that makes one of what a motor does: it stands at the same linear laws
@@ -262,7 +260,7 @@ def _moved(h: Hypothesis, found: Refit, usual: Floats, names: Sequence[str]) -> 
 def trials(
     records: Sequence[MotorRecord], solution: Solution, parameters: Mapping[str, Parameter]
 ) -> list[Trial]:
-    """Every hypothesis that promises enough, after its own fit, the best first."""
+    """Each that promises enough, after its own fit, the best first; of equals a vague one last."""
     residuals = misfit.residuals(records, solution)
     readings = sum(m.block.count for r in records for m in r.measured)
     excess = misfit.excess(records, residuals)
@@ -273,14 +271,12 @@ def trials(
     driven = InputNoise.of(records, solution)
     if misfit.excess(records, residuals, driven.variances()) * readings < least:
         return []
-    promise = min(WORTH * readings, clear)
-    rivals = list(_rivals(records, solution, promise, driven.screen))
+    rivals = list(_rivals(records, solution, min(WORTH * readings, clear), driven.screen))
     if not rivals:
         return []
     starts, enough = _starts(records, solution), max(NEAR * excess * readings, 1.0)
     usual = refit(records, starts, enough=enough)
-    names = [u.name for u in solution.unknowns]
-    deviations = _deviations(solution, parameters)
+    names, deviations = [u.name for u in solution.unknowns], _deviations(solution, parameters)
     out = []
     for hypothesis, size, begin, seen in rivals:
         found = _ended(records, begin or starts, hypothesis, size, enough, usual)
@@ -291,8 +287,8 @@ def trials(
             for u, s, v in zip(solution.unknowns, moved, usual.values, strict=True)
             if v > 0 and u.name != "B"
         }
-        moves = _moved(hypothesis, found, usual.values, names)
-        far = max((m / sd for m, sd in zip(moves, deviations, strict=True) if sd > 0), default=0.0)
+        moves = zip(_moved(hypothesis, found, usual.values, names), deviations, strict=True)
+        far = max((m / sd for m, sd in moves if sd > 0), default=0.0)
         left, scattered = rest(records, found, hypothesis)
         most = excess if hypothesis.scatter is None else gain + left
         share, sure = gain / max(most, 1e-9), gain * readings > clear
@@ -301,9 +297,13 @@ def trials(
         alone = hypothesis.scatter is None or gain > MUCH * excess or jumps(records)
         trial = Trial(hypothesis, found, gain, share, shift, far, sure, seen, chance, own, alone)
         out.append(trial)
-        if out[-1].convincing and left < min(REST * excess, clear / readings):
+        if (
+            trial.convincing
+            and not hypothesis.vague
+            and left < min(REST * excess, clear / readings)
+        ):
             break
-    return sorted(out, key=lambda t: -t.gain - t.own)
+    return sorted(out, key=lambda t: clear / readings * t.hypothesis.vague - t.gain - t.own)
 
 
 def _deviations(solution: Solution, parameters: Mapping[str, Parameter]) -> list[float]:
