@@ -126,7 +126,7 @@ def _fit(
         _insist_on_six(model)
         return mechanical_fit.fit(captures, fix=known, without=without)
     _check(known, without)
-    from motorid.estimate.partial import electrical_only, locked_rotor
+    from motorid.estimate.partial import electrical_only, locked_rotor, turned_from_outside
     from motorid.estimate.selection import entry, without_motion
     from motorid.estimate.signals.log_sections import pieces
 
@@ -134,6 +134,8 @@ def _fit(
     if electrical_only.suits(captures):
         _insist_on_six(model)
         return without_motion.fit(pieces(captures), known, without)
+    if model in (SIX, AUTO) and not without and turned_from_outside.suits(captures):
+        return turned_from_outside.fit(captures, known)
     at_rest = (
         locked_rotor.without_motion(captures, known, without) if model in (SIX, AUTO) else None
     )

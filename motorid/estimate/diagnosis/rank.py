@@ -14,7 +14,6 @@ from motorid.estimate.diagnosis.fault import Hypothesis
 from motorid.estimate.diagnosis.faults import (
     channel_delay,
     current_limited_supply,
-    current_zero,
     decay_mode,
     declared_brushes,
     distorted_readings,
@@ -26,10 +25,10 @@ from motorid.estimate.diagnosis.faults import (
     repeated_readings,
     saturation,
     unstated_channels,
-    voltage_zero,
 )
 from motorid.estimate.diagnosis.faults.bridge import pulse_distortion, supply_path
 from motorid.estimate.diagnosis.faults.encoder_bandwidth import jumps
+from motorid.estimate.diagnosis.faults.zeros import current_zero, voltage_zero
 from motorid.estimate.diagnosis.input_noise import InputNoise
 from motorid.estimate.diagnosis.refit import Refit, go_on, refit, rest
 from motorid.estimate.diagnosis.score_test import Screen

@@ -8,7 +8,7 @@ import pytest
 from bench.foreign.plant import Motor, turn
 from motorid import fit
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
-from motorid.estimate.diagnosis.faults import voltage_zero
+from motorid.estimate.diagnosis.faults.zeros import voltage_zero
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.results.status import Status
