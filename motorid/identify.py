@@ -130,7 +130,7 @@ def _fit(
             return fewer_channels.without_current(captures, known, without)
         return mechanical_fit.fit(captures, fix=known, without=without)
     _check(known, without)
-    from motorid.estimate.partial import electrical_only, locked_rotor
+    from motorid.estimate.partial import electrical_only, locked_rotor, turned_from_outside
     from motorid.estimate.selection import entry
     from motorid.estimate.signals.log_sections import pieces
 
@@ -138,6 +138,8 @@ def _fit(
     if electrical_only.suits(captures):
         _insist_on_six(model)
         return fewer_channels.without_motion(pieces(captures), known, without)
+    if model in (SIX, AUTO) and not without and turned_from_outside.suits(captures):
+        return turned_from_outside.fit(captures, known)
     at_rest = (
         locked_rotor.without_motion(captures, known, without) if model in (SIX, AUTO) else None
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from motorid.capture import table_checks as checks
 from motorid.capture.columns import Source
+from motorid.capture.continued_stamps import continued, single
 from motorid.capture.mapping import ROW
 from motorid.capture.stamp_grid import grid_of, regular, written_twice
 from motorid.capture.stamp_period import Grid
@@ -47,23 +48,38 @@ def clock_of(
 ) -> Clock:
     """The clock of ``stamps`` (rows,) in units of ``unit_s``; ``values`` are the other columns.
 
-    Raises DataError where stamps do not advance and no uniform period explains why, unless
-    ``drop_bad``.
+    A counter that wraps, a logger that begins anew and rows that are copies of the one before
+    are put right. Raises DataError where stamps do not advance all the same and no uniform period
+    explains why, unless ``drop_bad``.
     """
-    ticks = _nanoseconds(stamps, unit_s)
-    rows = values[ROW]
-    if _repeats(ticks) and not written_twice(stamps, [v for n, v in values.items() if n != ROW]):
-        grid = grid_of(stamps, rows)
-        if grid is not None:
-            return _on_grid(grid, unit_s, None, notes)
+    stamps = continued(stamps, unit_s, notes)
+    ticks, rows = _nanoseconds(stamps, unit_s), values[ROW]
+    if _repeats(ticks):
+        readings = [v for n, v in values.items() if n != ROW]
+        once = single(stamps, readings)
+        if np.all(np.diff(ticks[once]) > 0):
+            notes.append(f"{int((~once).sum())} rows that copy the row before them left out")
+            found = _advancing(stamps[once], ticks[once], rows[once], unit_s, notes)
+            return replace(found, ahead=once)
+        if not written_twice(stamps, readings):
+            grid = grid_of(stamps, rows)
+            if grid is not None:
+                return _on_grid(grid, unit_s, notes)
     ahead = checks.stamps_that_advance(path, source, ticks, rows, drop_bad, notes)
-    kept = None if ahead.all() else ahead
-    if kept is not None:
-        stamps, ticks, rows = stamps[kept], ticks[kept], rows[kept]
+    if ahead.all():
+        return _advancing(stamps, ticks, rows, unit_s, notes)
+    found = _advancing(stamps[ahead], ticks[ahead], rows[ahead], unit_s, notes)
+    return replace(found, ahead=ahead)
+
+
+def _advancing(
+    stamps: Floats, ticks: Ticks, rows: Floats, unit_s: float, notes: list[str]
+) -> Clock:
+    """The clock of stamps each of which lies after the one before."""
     if len(ticks) < 2 or regular(np.diff(ticks)):
-        return Clock(ticks, ahead=kept)
+        return Clock(ticks)
     grid = grid_of(stamps, rows)
-    return Clock(ticks, ahead=kept) if grid is None else _on_grid(grid, unit_s, kept, notes)
+    return Clock(ticks) if grid is None else _on_grid(grid, unit_s, notes)
 
 
 def _nanoseconds(stamps: Floats, unit_s: float) -> Ticks:
@@ -77,7 +93,7 @@ def _repeats(ticks: Ticks) -> bool:
     return len(ticks) > 1 and int(np.diff(ticks).min()) == 0
 
 
-def _on_grid(grid: Grid, unit_s: float, ahead: NDArray[np.bool_] | None, notes: list[str]) -> Clock:
+def _on_grid(grid: Grid, unit_s: float, notes: list[str]) -> Clock:
     """A clock of about a nanosecond, of whose ticks the period is a whole number."""
     period_s = grid.period * unit_s
     whole = max(1, round(period_s * CLOCK_HZ))
@@ -87,4 +103,4 @@ def _on_grid(grid: Grid, unit_s: float, ahead: NDArray[np.bool_] | None, notes: 
             f"stamps are rounded to {grid.resolution * unit_s:.3g} s: the uniform period "
             f"{period_s:.8g} s explains them all, and replaces them"
         )
-    return Clock(ticks, whole / period_s, grid.uncertainty, ahead, grid)
+    return Clock(ticks, whole / period_s, grid.uncertainty, grid=grid)

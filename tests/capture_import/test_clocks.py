@@ -61,8 +61,19 @@ def test_samples_that_share_a_stamp_lie_on_the_grid_of_all() -> None:
     assert "stamps are rounded to 0.001 s" in notes[0]
 
 
-def test_rows_that_are_written_twice_are_left_out_if_told() -> None:
+def test_rows_that_copy_the_row_before_them_are_left_out() -> None:
     readings = np.repeat(np.sin(np.arange(45.0)), 2)
+    stamps = np.repeat(np.arange(45.0), 2)
+    found, notes = clock(stamps, w=readings, first_row=9)
+    assert found.ahead is not None
+    assert np.array_equal(np.flatnonzero(found.ahead), np.arange(0, 90, 2))
+    assert np.array_equal(found.ticks, 1_000_000 * np.arange(45))
+    assert notes == ["45 rows that copy the row before them left out"]
+
+
+def test_rows_that_repeat_a_stamp_with_another_reading_are_left_out_if_told() -> None:
+    readings = np.repeat(np.sin(np.arange(45.0)), 2)
+    readings[7] += 0.1
     stamps = np.repeat(np.arange(45.0), 2)
     with pytest.raises(DataError, match=r"line 12 repeats the stamp"):
         clock(stamps, w=readings, first_row=9)

@@ -14,7 +14,6 @@ from motorid.estimate.diagnosis.faults import (
     channel_delay,
     common_mode,
     current_limited_supply,
-    current_zero,
     decay_mode,
     declared_brushes,
     distorted_readings,
@@ -29,6 +28,7 @@ from motorid.estimate.diagnosis.faults import (
 from motorid.estimate.diagnosis.faults.bridge import pulse_distortion, supply_path
 from motorid.estimate.diagnosis.faults.encoder_bandwidth import jumps
 from motorid.estimate.diagnosis.faults.filters import high_pass_filter, low_pass_filter
+from motorid.estimate.diagnosis.faults.zeros import current_zero, voltage_zero
 from motorid.estimate.diagnosis.input_noise import InputNoise
 from motorid.estimate.diagnosis.refit import Refit, at, go_on, refit, rest
 from motorid.estimate.diagnosis.refit import starts as begin_at
@@ -49,6 +49,7 @@ SCREENED = (
     current_zero,
     common_mode,
     high_pass_filter,
+    voltage_zero,
     decay_mode,
     distorted_readings,
     declared_brushes,
@@ -260,7 +261,7 @@ def _moved(h: Hypothesis, found: Refit, usual: Floats, names: Sequence[str]) -> 
 def trials(
     records: Sequence[MotorRecord], solution: Solution, parameters: Mapping[str, Parameter]
 ) -> list[Trial]:
-    """Every hypothesis that promises enough, after its own fit, the best first."""
+    """Each that promises enough, after its own fit, the best first; of equals a vague one last."""
     residuals = misfit.residuals(records, solution)
     readings = sum(m.block.count for r in records for m in r.measured)
     excess = misfit.excess(records, residuals)
@@ -271,14 +272,12 @@ def trials(
     driven = InputNoise.of(records, solution)
     if misfit.excess(records, residuals, driven.variances()) * readings < least:
         return []
-    promise = min(WORTH * readings, clear)
-    rivals = list(_rivals(records, solution, promise, driven.screen))
+    rivals = list(_rivals(records, solution, min(WORTH * readings, clear), driven.screen))
     if not rivals:
         return []
     starts, enough = begin_at(records, solution), max(NEAR * excess * readings, 1.0)
     usual = refit(records, starts, enough=enough)
-    names = [u.name for u in solution.unknowns]
-    deviations = _deviations(solution, parameters)
+    names, deviations = [u.name for u in solution.unknowns], _deviations(solution, parameters)
     out = []
     for hypothesis, size, begin, seen in rivals:
         found = _ended(records, begin or starts, hypothesis, size, enough, usual)
@@ -289,8 +288,8 @@ def trials(
             for u, s, v in zip(solution.unknowns, moved, usual.values, strict=True)
             if v > 0 and u.name != "B"
         }
-        moves = _moved(hypothesis, found, usual.values, names)
-        far = max((m / sd for m, sd in zip(moves, deviations, strict=True) if sd > 0), default=0.0)
+        moves = zip(_moved(hypothesis, found, usual.values, names), deviations, strict=True)
+        far = max((m / sd for m, sd in moves if sd > 0), default=0.0)
         left, scattered = rest(records, found, hypothesis)
         most = excess if hypothesis.scatter is None else gain + left
         share, sure = gain / max(most, 1e-9), gain * readings > clear
@@ -299,9 +298,13 @@ def trials(
         alone = hypothesis.scatter is None or gain > MUCH * excess or jumps(records)
         trial = Trial(hypothesis, found, gain, share, shift, far, sure, seen, chance, own, alone)
         out.append(trial)
-        if out[-1].convincing and left < min(REST * excess, clear / readings):
+        if (
+            trial.convincing
+            and not hypothesis.vague
+            and left < min(REST * excess, clear / readings)
+        ):
             break
-    return sorted(out, key=lambda t: -t.gain - t.own)
+    return sorted(out, key=lambda t: clear / readings * t.hypothesis.vague - t.gain - t.own)
 
 
 def _deviations(solution: Solution, parameters: Mapping[str, Parameter]) -> list[float]:

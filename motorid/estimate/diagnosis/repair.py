@@ -14,7 +14,8 @@ from dataclasses import dataclass, replace
 from motorid.capture.model import Capture
 from motorid.errors import DataError
 from motorid.estimate.diagnosis import misfit, rank
-from motorid.estimate.diagnosis.faults import current_zero, lost_samples, missing_samples
+from motorid.estimate.diagnosis.faults import lost_samples, missing_samples
+from motorid.estimate.diagnosis.faults.zeros import current_zero
 from motorid.estimate.diagnosis.refit import scatter
 from motorid.estimate.effects.influence_quantity import Instance
 from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET

@@ -3,13 +3,16 @@
     V = R i + K ω        T_load = K i − B ω − T0
 
 Both are fitted as straight lines by least squares. The first bends where the winding warms
-(``table_warming``). At one supply voltage current and speed lie on
-a line of their own, and B cannot be told from K and T0: it is taken as 0 in the torque's slope with
-the current, which is K.
+(``table_warming``). Each of its three columns is noisy, and nobody says how much: the elementary
+regressions, with each column in turn as the only noisy one, bound the answer (R. Frisch,
+Statistical confluence analysis by means of complete regression systems, Oslo 1934). At one supply
+voltage current and speed lie on a line of their own, and B cannot be told from K and T0: it is
+taken as 0 in the torque's slope with the current, which is K.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
@@ -23,7 +26,7 @@ from motorid.estimate.effects.brush_and_heating import WARMING
 from motorid.estimate.partial.mechanical_results import Judge, Quantity, fixed, unknown
 from motorid.estimate.partial.table_warming import Warming, line, of_slopes, warming
 from motorid.estimate.results.estimate import PARAMETERS, UNITS, Diagnostic, Estimate, Parameter
-from motorid.estimate.uncertainty.budget import INSTRUMENTS
+from motorid.estimate.uncertainty.budget import COLUMNS, INSTRUMENTS
 from motorid.estimate.uncertainty.covariance import NOISE
 from motorid.estimate.uncertainty.unstated_gains import PART, gains_of, moved
 from motorid.version import __version__
@@ -91,7 +94,7 @@ def fit(captures: Sequence[Capture], *, fix: Mapping[str, float] | None = None) 
         degrees_of_freedom=points - 2,
         evaluations=1,
         diagnostics=(
-            *(warmed.remarks(open_of, electrical["R"].value) if warmed and electrical else ()),
+            *_of_warming(warmed, open_of, electrical),
             *_apart(electrical, torque),
             *_too_straight(columns),
             *_undeclared(shifted),
@@ -110,32 +113,71 @@ def fit(captures: Sequence[Capture], *, fix: Mapping[str, float] | None = None) 
 
 def _electrical_with(
     warmed: Warming | None, columns: Columns, shifted: Sequence[Columns]
-) -> tuple[dict[str, Quantity], dict[str, float]]:
-    """R and K with what warming does to them, and what it leaves open of each (SI)."""
-    if warmed is None:
-        return _with_instrument(_electrical, columns, shifted), {}
-    found = _with_instrument(lambda other: _electrical(warmed.cold(other)), columns, shifted)
+) -> tuple[dict[str, Quantity], dict[str, dict[str, float]]]:
+    """R and K with what warming does to them, and what that and the columns' noise leave open of
+    each (SI), by cause.
+    """
+    cold = (lambda other: other) if warmed is None else warmed.cold
+    found = _with_instrument(lambda other: _electrical(cold(other)), columns, shifted)
     if not found:
         return {}, {}
-    lines = warmed.lines(columns, _electrical)
-    told = warmed.quantities(found)
+    noisy = _by_columns(cold(columns))
+    lines = {name: {COLUMNS: noisy[name]} for name in found}
+    if warmed is not None:
+        warm, found = warmed.lines(columns, _electrical), _told(warmed, found)
+        lines = {name: {WARMING: warm[name], **own} for name, own in lines.items()}
     return {
-        name: replace(told[name], instrument=float(np.hypot(q.instrument, lines[name])))
+        name: replace(q, instrument=float(np.hypot(q.instrument, _total(lines[name]))))
         for name, q in found.items()
     }, lines
+
+
+def _told(warmed: Warming, found: Mapping[str, Quantity]) -> dict[str, Quantity]:
+    """As uncertain as the rows leave them beside a rise; instruments move them as they did."""
+    told = warmed.quantities(found)
+    return {name: replace(told[name], instrument=q.instrument) for name, q in found.items()}
+
+
+def _of_warming(
+    warmed: Warming | None,
+    open_of: Mapping[str, Mapping[str, float]],
+    electrical: Mapping[str, Quantity],
+) -> tuple[Diagnostic, ...]:
+    if warmed is None or not open_of:
+        return ()
+    return tuple(warmed.remarks(open_of["R"][WARMING], electrical["R"].value))
+
+
+def _by_columns(columns: Columns) -> dict[str, float]:
+    """What is open of R and K (SI), as nobody says which column is noisy: the answers of the three
+    regressions lie as far apart as a uniform distribution is wide.
+    """
+    current, speed, volts = columns[CURRENT], columns[SPEED], columns[VOLTAGE]
+    (by_volts, by_speed), _ = line(current, volts, -speed)
+    (R, K), _ = line(volts, current, speed)
+    (upon_volts, upon_current), _ = line(speed, volts, -current)
+    each = {
+        "R": (1.0 / by_volts, R, upon_current / upon_volts),
+        "K": (by_speed / by_volts, K, 1.0 / upon_volts),
+    }
+    return {name: float(np.ptp(values)) / math.sqrt(3.0) for name, values in each.items()}
+
+
+def _total(lines: Mapping[str, float]) -> float:
+    return math.sqrt(sum(u**2 for u in lines.values()))
 
 
 def _budget(
     electrical: Mapping[str, Quantity],
     torque: Mapping[str, Quantity],
-    lines: Mapping[str, float],
+    lines: Mapping[str, Mapping[str, float]],
 ) -> dict[str, dict[str, float]]:
     """Standard uncertainties (SI) by cause; of K, those of the way that gives it."""
     out = {}
     for name, q in {**electrical, **torque}.items():
-        warm = lines.get(name, 0.0) if name not in torque else 0.0
-        declared = float(np.sqrt(max(q.instrument**2 - warm**2, 0.0)))
-        each = {NOISE: float(np.sqrt(q.variance)), WARMING: warm, INSTRUMENTS: declared}
+        own = lines.get(name, {}) if name not in torque else {}
+        declared = float(np.sqrt(max(q.instrument**2 - _total(own) ** 2, 0.0)))
+        each = {NOISE: float(np.sqrt(q.variance)), **own, INSTRUMENTS: declared}
         out[name] = {cause: u for cause, u in each.items() if u > 0.0}
     return out
 

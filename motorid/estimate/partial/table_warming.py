@@ -35,6 +35,7 @@ KEPT = (0.0, 0.25, 0.5, 0.65, 0.75, 0.83, 0.9, 0.95, 1.0)  # of the heat, from a
 BOTH = ((0.0, 0.5, 0.75), (0.95, 1.0))  # of a winding, beside those of its case
 FORM = 0.1  # standard, of what a rise moves: a case that warms too, rows of unlike length
 SEEN = 4.0  # standard deviations of a rise that rows show
+MOST_K = 250.0  # no winding's insulation survives such a rise: something else bends the line
 UNTOLD = 0.5  # of the usual rise: where more of it stays open, the rows do not tell it
 LEAST = 0.1  # of a resistance: no rows make it less
 PASSES = 3  # of the current that a rise multiplies, which is the fitted one
@@ -110,8 +111,8 @@ class Warming:
                 squares[name] += course.likelihood / total * move**2
         return {name: float(np.sqrt(square)) for name, square in squares.items()}
 
-    def remarks(self, lines: Mapping[str, float], R: float) -> Iterator[Diagnostic]:
-        """That the rows show a rise, or that they do not tell it."""
+    def remarks(self, open_ohm: float, R: float) -> Iterator[Diagnostic]:
+        """That the rows show a rise, or that they do not tell it: ``open_ohm`` of ``R`` is open."""
         if self.seen:
             rise, u = self.rise_k
             yield Diagnostic(
@@ -126,7 +127,7 @@ class Warming:
                 "warming_untold", "info",
                 f"These points do not tell whether the winding was warmer at a high current: "
                 f"{USUAL_K:g} K are usual, and what stays open of them is "
-                f"{100.0 * lines.get('R', 0.0) / R:.2g} % in the uncertainty of R. More rows, or "
+                f"{100.0 * open_ohm / R:.2g} % in the uncertainty of R. More rows, or "
                 "several voltages, would tell it.",
             )  # fmt: skip
 
@@ -182,6 +183,7 @@ def warming(columns: Columns, tables: Sequence[int]) -> Warming | None:
     weighed.sort(key=lambda course: -course.likelihood)
     best = weighed[0]
     seen = best.rise > _surely(points - 2 - best.parts) * np.sqrt(best.variance)
+    seen &= best.rise < MOST_K * Coefficients().copper_per_k
     return Warming(tuple(weighed), bool(seen))
 
 

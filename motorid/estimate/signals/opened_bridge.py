@@ -66,15 +66,15 @@ def openings(capture: Capture) -> list[Opening]:
         return []
     found: list[Opening] = []
     for run in _idle(signals):
-        if _is_open(signals, run):
+        if _lets_go(signals, run):
+            begun = max(_decayed_from(signals, run.start) - 1, 0)
+            found.append(Opening(begun, run.start + QUICK, run.start + QUICK))
+        elif _is_open(signals, run):
             begun = max(_decayed_from(signals, run.start) - 1 - signals.blur, 0)
             if found and begun <= found[-1].stop + QUICK:
                 begun = found.pop().start
             ended = min(run.stop + signals.blur, len(capture))
             found.append(Opening(begun, ended, min(_rest(signals, run), ended)))
-        elif _lets_go(signals, run):
-            begun = max(_decayed_from(signals, run.start) - 1, 0)
-            found.append(Opening(begun, run.start + QUICK, run.start + QUICK))
     return found
 
 
@@ -174,12 +174,14 @@ def _turning(angle: Floats, time_s: Floats, step: float) -> Floats:
 def _motor(s: _Signals) -> Motor | None:
     """By the samples with a current, most of them; the rise of the current takes its share.
 
-    One level in one direction does not separate the offset from the voltage: then the offset is
-    small.
+    At rest without a voltage the current is the offset, whatever the bridge does. Without such a
+    rest one level in one direction does not separate the offset from the voltage: then the offset
+    is small.
     """
     flows = np.abs(s.current) > max(NEAR_ZERO * s.peak, BAND * s.band)
     if s.speed is None or flows.sum() < SHORTEST:
         return None
+    flows |= _at_rest(s.volts, s.speed)
     columns = np.column_stack([s.volts, -s.speed, np.gradient(s.current), np.full_like(s.speed, 1)])
     small = np.array([0.0, 0.0, 0.0, CLOSE / OFFSET])
     use, found = flows.copy(), np.zeros(columns.shape[1])
@@ -196,6 +198,18 @@ def _motor(s: _Signals) -> Motor | None:
     if not (by_volts > 0.0 and by_speed > 0.0 and left < EXPLAINED * driven):
         return None
     return Motor(by_volts, by_speed, offset)
+
+
+def _at_rest(volts: Floats, speed: Floats) -> Bools:
+    """Samples (n,) without a voltage and without a motion."""
+    return _low(volts, float(np.abs(volts).max())) & _low(
+        speed, float(np.percentile(np.abs(speed), HIGHEST))
+    )
+
+
+def _low(values: Floats, highest: float) -> Bools:
+    """Readings (n,) that are no more than a rest's."""
+    return np.asarray(np.abs(values) <= STILL * highest + BAND * scatter(values))
 
 
 def _idle(s: _Signals) -> Iterator[slice]:
@@ -321,9 +335,6 @@ def _rest(s: _Signals, run: slice) -> int:
     """Where a rest begins that lasts to the end of the run, long enough to begin anew from."""
     if s.speed is None:  # no voltage, of an open bridge, does not show it
         return int(run.stop)
-    shown = [np.abs(s.volts[run]) <= STILL * np.abs(s.volts).max() + scatter(s.volts) * BAND]
-    top = float(np.percentile(np.abs(s.speed), HIGHEST))
-    shown.append(np.abs(s.speed[run]) <= STILL * top + BAND * scatter(s.speed))
-    moves = np.flatnonzero(~np.all(shown, axis=0))
+    moves = np.flatnonzero(~_at_rest(s.volts, s.speed)[run])
     rests = int(run.start) + (int(moves[-1]) + 2 if len(moves) else 0)
     return rests if run.stop - rests >= RESTING else int(run.stop)

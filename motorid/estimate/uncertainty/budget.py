@@ -36,9 +36,11 @@ UNSTATED = (
     "unstated lags and filters"  # of a log's channels, as far as the readings leave them open
 )
 INSTRUMENTS = "gains and offsets"  # of a table of steady points, as far as they are declared
+COLUMNS = "noise of every column"  # of such a table, as nobody says whose it is
 REST = {  # what is left when every influence quantity has its line
     NOISE: "record longer runs with more changes of speed, or more of them",
     INSTRUMENTS: "calibrate the instruments that read the table",
+    COLUMNS: "load the motor, so that its current is no small part of its stall current",
     SPREAD: "clamp motor and sensors alike in every run, and take more runs",
     SETTLING: "drive by higher or lower levels: at these the ripple turns the current",
     FRICTION: "drive by two levels of the voltage or more, or end in a coast",

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import CURRENT, POSITION, Capture
-from motorid.estimate.diagnosis.faults.current_zero import seen
 from motorid.estimate.diagnosis.faults.missing_samples import CODE
+from motorid.estimate.diagnosis.faults.zeros.current_zero import seen
 from motorid.estimate.diagnosis.repair import ZERO, repaired
 from motorid.estimate.fit.joint_fit import solved
 from motorid.estimate.results.estimate import Suspect

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from motorid.capture.model import Capture, Channel
+from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
 from motorid.errors import DataError, UsageError
 from motorid.estimate.partial import mechanical_fit, steady_state_table
 
@@ -269,3 +269,26 @@ def test_a_note_of_the_import_is_said_once() -> None:
     )
     said = [d for d in steady_state_table.fit([one, one]).diagnostics if d.code == "import"]
     assert [(d.severity, d.message) for d in said] == [("info", "On import: two rows were empty.")]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_table_without_a_load_leaves_r_open_by_the_noise_of_every_column(seed: int) -> None:
+    """R i is .1 V of up to 24 V: noise of volts and speed draws R to one side, and K with it.
+    Nothing warms by such a current, and a rise that no winding survives is none.
+    """
+    R, K, T0, rng = 1.1, 0.026, 2.5e-3, np.random.default_rng(seed)
+    true = np.linspace(4.0, 24.0, 24) * np.tile([1.0, -1.0], 12)
+    amps = T0 / K * np.sign(true) + 3e-6 / K * true / K
+    speed = (true - R * amps) / K + 1.0 * rng.standard_normal(24)
+    volts = true + 0.03 * rng.standard_normal(24)
+    columns = {VOLTAGE: (volts, "V"), CURRENT: (amps, "A"), SPEED: (speed, "rad/s")}
+    channels = {n: Channel(n, unit, y) for n, (y, unit) in columns.items()}
+    table = Capture(np.arange(24), 1.0, channels, provenance={"static": True})
+    found = steady_state_table.fit([table])
+    assert "winding_warms" not in [d.code for d in found.diagnostics]
+    for name, value in (("R", R), ("K", K)):
+        p = found.parameters[name]
+        assert p.value is not None
+        assert p.total is not None
+        assert abs(p.value - value) < 3.0 * p.total
+    assert found.budget["K"]["noise of every column"] > found.budget["K"]["noise"]

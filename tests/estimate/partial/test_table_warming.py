@@ -105,8 +105,12 @@ def test_values_of_a_good_table_stay_those_of_straight_lines() -> None:
     p = found.parameters["R"]
     assert p.value == pytest.approx(plain["R"].value)
     assert p.statistical == pytest.approx(plain["R"].variance ** 0.5)
-    assert set(found.budget["R"]) == {"noise", "winding warming"}
-    assert p.instrument == pytest.approx(found.budget["R"]["winding warming"])
+    lines = found.budget["R"]
+    assert set(lines) == {"noise", "winding warming", "noise of every column"}
+    assert lines["noise of every column"] < 0.1 * lines["winding warming"]
+    assert p.instrument == pytest.approx(
+        np.hypot(lines["winding warming"], lines["noise of every column"])
+    )
 
 
 def test_what_rows_do_not_tell_is_no_more_than_a_usual_rise_does() -> None:

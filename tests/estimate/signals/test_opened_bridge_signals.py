@@ -326,3 +326,15 @@ def test_a_rest_begins_where_voltage_and_speed_are_gone_for_good() -> None:
     speed[:] = 0.0
     speed[300:] = 100.0
     assert module._rest(replace(s, speed=speed), GONE) == GONE.start
+
+
+def test_a_rest_tells_the_offset_where_one_noisy_level_does_not() -> None:
+    """Noise of a voltage with one level alone hides which share of the current goes with it."""
+    at, rng = np.arange(900), np.random.default_rng(4)
+    volts = np.where(at < 100, 0.0, 6.0) + 0.01 * rng.standard_normal(900)
+    speed = np.where(at < 100, 0.0, 100.0 * (1.0 - np.exp(-(at - 100) / 80.0)))
+    current = MOTOR.drawn(np.where(at < 100, 0.0, 6.0), speed)
+    found = _Signals.of(log(current + 0.002 * rng.standard_normal(900), volts, speed))
+    assert found is not None
+    assert found.motor is not None
+    assert found.motor.offset_a == pytest.approx(MOTOR.offset_a, abs=2e-3)

@@ -5,7 +5,8 @@ Such an input blocks what does not change. With a time constant T it shows y of 
     dy/dt = di/dt - y/T,    so that    i = y + (1/T) integral of y.
 
 Where the current that is restored so follows a motor's laws and the logged one does not, there was
-a capacitor in its way.
+a capacitor in its way. The integral of any current looks like a speed, and so like friction: a
+noisy speed, whose slope follows no current, suits it. The voltage has to speak for it as well.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ Floats = NDArray[np.float64]
 LEAST = 0.01  # that the logged one leaves: below it, nothing is worth a word
 FEW, MANY = 20.0, 10.0  # time constants that are tried: from so many rows to so many whole logs
 A_DECADE = 8  # of them
+ELECTRICAL = 0.7  # of what the logged one leaves of the voltage, at most
 
 
 def findings(capture: Capture, where: str = "") -> Iterator[Diagnostic]:
@@ -55,6 +57,10 @@ def found(capture: Capture) -> float | None:
     rests = [left(volts, restored(current, rows), speed) for rows in constants]
     best = int(np.argmin([sum(both) for both in rests]))
     if not 0 < best < len(rests) - 1:  # another fault, which any slope eases
+        return None
+    if (
+        rests[best][0] > ELECTRICAL * as_it_is[0]
+    ):  # its integral is a speed, and suits the second law
         return None
     return float(constants[best]) if convinces(rests[best], as_it_is) else None
 

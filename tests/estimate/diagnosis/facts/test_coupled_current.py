@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture
+from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
 from motorid.estimate.diagnosis.facts.coupled_current import findings, found, restored
 from tests.estimate.diagnosis.facts.made_log import FULL, PERIOD_S, log, rounded, rows, truth
 
@@ -76,3 +76,27 @@ def test_a_log_that_lacks_a_column_says_nothing() -> None:
     whole = log(**{CURRENT: coupled(2.0)})
     channels = {n: c for n, c in whole.channels.items() if n != SPEED}
     assert list(findings(Capture(whole.ticks, whole.clock_hz, channels))) == []
+
+
+def one_step(seed: int) -> Capture:
+    """A step of 10 V at 100 kHz by converters of 8 bits: the speed's slope is mostly noise."""
+    R, L, K, J, T0, period_s = 4.5, 2.2e-3, 0.014, 1.6e-6, 1.1e-3, 1e-5
+    i = w = 0.0
+    made = []
+    for k in range(5500):
+        volts = 10.0 if k > 367 else 0.0
+        made.append((volts, i, w))
+        i, w = i + period_s / L * (volts - R * i - K * w), w + period_s / J * max(K * i - T0, 0.0)
+    rng = np.random.default_rng(seed)
+    noise = np.array([0.04, 0.015, 4.0]) * rng.standard_normal((5500, 3))
+    shown = (np.array(made) + noise).T
+    shown[0] = 0.1 * np.rint(10.0 * shown[0])
+    units = {VOLTAGE: "V", CURRENT: "A", SPEED: "rad/s"}
+    channels = {n: Channel(n, unit, y) for (n, unit), y in zip(units.items(), shown, strict=True)}
+    return Capture(np.arange(5500), 1.0 / period_s, channels)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_noisy_speed_does_not_accuse_the_current(seed: int) -> None:
+    """The integral of the current is about the speed, and friction of it suits the second law."""
+    assert found(one_step(seed)) is None

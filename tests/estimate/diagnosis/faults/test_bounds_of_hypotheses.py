@@ -11,7 +11,6 @@ import pytest
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
 from motorid.estimate.diagnosis.faults import (
     channel_delay,
-    current_zero,
     decay_mode,
     encoder_bandwidth,
     load_slip,
@@ -23,6 +22,7 @@ from motorid.estimate.diagnosis.faults import (
 )
 from motorid.estimate.diagnosis.faults.filters import low_pass_filter
 from motorid.estimate.diagnosis.faults.lost_rows import _even, _Lines, _peaks, _step
+from motorid.estimate.diagnosis.faults.zeros import current_zero
 from motorid.estimate.effects.brush_and_heating import DROP, WARMING
 from motorid.estimate.effects.source.brush_drop import BRUSH_DROP
 from motorid.estimate.effects.source.winding_warming import WINDING_WARMING

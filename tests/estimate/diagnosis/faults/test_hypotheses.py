@@ -13,13 +13,13 @@ from motorid.estimate.diagnosis.fault import Hypothesis
 from motorid.estimate.diagnosis.faults import (
     channel_delay,
     current_limited_supply,
-    current_zero,
     encoder_bandwidth,
     model_alternatives,
     motion,
     saturation,
 )
 from motorid.estimate.diagnosis.faults.filters import low_pass_filter
+from motorid.estimate.diagnosis.faults.zeros import current_zero
 from motorid.estimate.fit import block_regression
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS

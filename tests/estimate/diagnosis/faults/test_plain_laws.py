@@ -16,11 +16,11 @@ from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, VOLTAGE, Cap
 from motorid.estimate.diagnosis.faults import (
     channel_delay,
     current_limited_supply,
-    current_zero,
     encoder_bandwidth,
     load_slip,
     saturation,
 )
+from motorid.estimate.diagnosis.faults.zeros import current_zero
 from motorid.estimate.fit import block_regression
 from motorid.estimate.fit.block_regression import Blocks
 from motorid.estimate.signals.time_grid import Part

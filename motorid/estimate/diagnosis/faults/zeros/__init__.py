@@ -1,0 +1,1 @@
+"""A zero of a channel that is not where it is declared."""
