@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture
+from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
 from motorid.capture.store import describe
 from motorid.estimate.partial.locked_rotor import is_noise
 from motorid.estimate.partial.mechanical_results import Judge, Quantity, fixed, unknown
@@ -71,7 +71,7 @@ def _is_turned(capture: Capture) -> bool:
     channels = capture.get(VOLTAGE), capture.get(CURRENT), motion(capture)
     if any(c is None or c.unsigned or not np.isfinite(c.values).all() for c in channels):
         return False
-    speed, means = _mean_speed(capture), _means
+    speed = _mean_speed(capture)
     top = float(np.abs(speed).max())
     volts, amperes = capture.channels[VOLTAGE].values, capture.channels[CURRENT].values
     if not top > 0.0:
@@ -82,7 +82,7 @@ def _is_turned(capture: Capture) -> bool:
         return found is not None and found.left < LEFT and found.values[0] > 0.0
     if abs(speed[-1]) < SLOWER * abs(speed[0]):
         return False
-    power = means(volts * amperes)
+    power = _means(volts * amperes)
     if power.sum() > -GIVES * np.abs(power).sum():
         return False
     found = law([capture], ELECTRICAL)
@@ -107,13 +107,19 @@ def _means(values: Floats) -> Floats:
 
 
 def _mean_speed(capture: Capture) -> Floats:
-    """rad/s of PARTS stretches."""
+    """rad/s of the motor, of PARTS stretches."""
     channel = motion(capture)
     assert channel is not None
+    values = _at_motor(capture, channel)
     if channel.name == SPEED:
-        return _means(channel.values)
+        return _means(values)
     edges = np.linspace(0, len(capture) - 1, PARTS + 1).astype(np.intp)
-    return np.asarray(np.diff(channel.values[edges]) / np.diff(capture.time_s[edges]))
+    return np.asarray(np.diff(values[edges]) / np.diff(capture.time_s[edges]))
+
+
+def _at_motor(capture: Capture, channel: Channel) -> Floats:
+    """Readings (n,) of a motion that a gear may have made slower."""
+    return channel.values * (capture.wiring.gear_ratio or 1.0)
 
 
 def law(captures: Sequence[Capture], names: Sequence[str]) -> Law | None:
@@ -168,7 +174,7 @@ def _rows(capture: Capture, half: int) -> Iterator[Floats]:
         bump = 0.5 * (1.0 + np.cos(angle)) * weight
         slope = -np.pi * np.sin(angle) / (at[:, -1:] - at[:, :1]) * weight
         volts, amperes = (piece.channels[n].values[places] for n in (VOLTAGE, CURRENT))
-        turns = moved.values[places]
+        turns = _at_motor(piece, moved)[places]
         turned = bump * turns if moved.name == SPEED else -slope * (turns - turns[:, :1])
         each = bump * volts, turned, bump * amperes, -slope * amperes, bump
         yield np.stack([one.sum(axis=1) for one in each], axis=1)

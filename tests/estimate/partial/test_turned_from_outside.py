@@ -55,6 +55,17 @@ def test_an_open_motor_tells_k_alone(motion: str) -> None:
     assert found.not_stated["voltage gain"] == {"K": pytest.approx(-0.01 * K, rel=0.01)}
 
 
+@pytest.mark.parametrize("motion", [SPEED, POSITION])
+def test_k_is_the_motors_where_a_gear_turns_the_sensor(motion: str) -> None:
+    log = turned(motion=motion)
+    slower = replace(log.channels[motion], scale=0.2)
+    geared = replace(
+        log, channels={**log.channels, motion: slower}, wiring=replace(log.wiring, gear_ratio=5.0)
+    )
+    found, plain = identify.fit([geared]), identify.fit([log])
+    assert found.parameters["K"].value == pytest.approx(plain.parameters["K"].value)
+
+
 def test_a_generator_under_two_loads_tells_k_r_and_l() -> None:
     found = identify.fit([turned(3.0, 12.0, 3.0, 12.0, 3.0, 12.0)])
     for name, true in (("K", K), ("R", R), ("L", L)):

@@ -215,9 +215,7 @@ def _high(values: Floats) -> float:
 
 def speeds_of(capture: Capture) -> Floats:
     """(n,), of the motor, as read or as its position changes."""
-    speed = capture.get(SPEED)
+    speed, gear = capture.get(SPEED), capture.wiring.gear_ratio or 1.0
     if speed is not None:
-        return capture.wiring.gear_ratio * speed.values
-    return capture.wiring.gear_ratio * np.gradient(
-        capture.channels[POSITION].values, capture.time_s
-    )
+        return gear * speed.values
+    return np.asarray(gear * np.gradient(capture.channels[POSITION].values, capture.time_s))
