@@ -27,9 +27,9 @@ def fit(
     """The estimate that captures of one motor give together.
 
     ``fix`` holds parameters at SI values; ``without`` leaves L, B or T0 out of the model. Captures
-    without a voltage or without a current are fitted by their mechanics alone. ``model``: auto (a
-    better model beside the six parameters where the residuals ask for one), six, or terms of
-    ``extended_terms`` joined by +. ``search``: ``budget`` and ``seed`` of another method
+    without a voltage are fitted by their mechanics alone, and logs without a current by what volts
+    and motion show of all. ``model``: auto (a better model beside the six parameters where the
+    residuals ask for one), six, or terms of ``extended_terms`` joined by +. ``search``: ``budget`` and ``seed`` of another method
     (``search.fit``). Raises UsageError on an unknown name, method or model, DataError where the
     captures hold too little.
     """
