@@ -29,9 +29,9 @@ def fit(
     ``fix`` holds parameters at SI values; ``without`` leaves L, B or T0 out of the model. Captures
     without a voltage are fitted by their mechanics alone, and logs without a current by what volts
     and motion show of all. ``model``: auto (a better model beside the six parameters where the
-    residuals ask for one), six, or terms of ``extended_terms`` joined by +. ``search``: ``budget`` and ``seed`` of another method
-    (``search.fit``). Raises UsageError on an unknown name, method or model, DataError where the
-    captures hold too little.
+    residuals ask for one), six, or terms of ``extended_terms`` joined by +. ``search``: ``budget``
+    and ``seed`` of another method (``search.fit``). Raises UsageError on an unknown name, method or
+    model, DataError where the captures hold too little.
     """
     from motorid.capture.plausible import insist
     from motorid.errors import DataError
