@@ -37,6 +37,8 @@ from motorid.motor.parameters import Motor
 
 CONSTANT, GAIN, FRICTION, WINDING = "JR/(K²+RB)", "K/(K²+RB)", "T0·R/K", "L/R"
 SHOWN = {"K": GAIN, "J": CONSTANT, "T0": FRICTION}  # what the parameters of that scale show as
+TIME = "mechanical time constant"
+EITHER = "L/R counts in it if it is the winding's, not if it is a filter's"
 MODEL = "v = JR/K dω/dt + (K + RB/K) ω + T0 R/K sign(ω), and L/R"
 OF_PARAMETERS = ("budget", "voltage_readings", "coarse_readings")  # remarks of all six
 NO_CURRENT = f"no current was measured; {RUN_FOR_ALL} would determine it"
@@ -58,23 +60,32 @@ class Combination:
 
 def combinations(whole: Whole, volt: str) -> dict[str, Parameter]:
     """Of a fit whose drive is in ``volt``."""
-    rise = whole.estimate.parameters["L"]
-    told = rise.status.measured
-    # a lag that the readings tell is the winding's, or that of a filter of the speed
-    either = (rise.value or 0.0) / _constant(whole.found.motor()) / np.sqrt(12.0) if told else 0.0
-    lag = either if told and whole.filterable else 0.0
+    told = whole.estimate.parameters["L"].status.measured
+    constant = Combination(CONSTANT, "s", TIME, _constant, {"J": 1.0, "K": -2.0})
+    more = whole.beside
+    if told and whole.filterable:
+        motor = whole.found.motor()
+        constant = replace(constant, note=f"{TIME}; {EITHER}", of=_between)
+        more = math.hypot(more, motor.L / np.sqrt(12.0) / _between(motor))
     known = (
-        (Combination(CONSTANT, "s", "mechanical time constant", _constant, {"J": 1.0, "K": -2.0}),
-         math.hypot(whole.beside, lag)),
-        (Combination(GAIN, f"rad/s/{volt}", "gain, speed for drive", _gain, {"K": -1.0}), 0.0),
-        (Combination(FRICTION, volt, "", _friction, {"T0": 1.0, "K": -1.0}), 0.0),
-        (Combination(WINDING, "s", "of the winding, or of a filter", _rise, {"L": 1.0}), 0.0),
-    )  # fmt: skip
-    return {one.name: _told(whole, one, more) for one, more in known if one.name != WINDING or told}
+        constant,
+        Combination(GAIN, f"rad/s/{volt}", "gain, speed for drive", _gain, {"K": -1.0}),
+        Combination(FRICTION, volt, "", _friction, {"T0": 1.0, "K": -1.0}),
+    )
+    out = {one.name: _told(whole, one, more if one is constant else 0.0) for one in known}
+    if told:
+        rise = Combination(WINDING, "s", "of the winding, or of a filter", _rise, {"L": 1.0})
+        out[WINDING] = _told(whole, rise, 0.0)
+    return out
 
 
 def _constant(motor: Motor) -> float:
     return motor.J / motor.K**2
+
+
+def _between(motor: Motor) -> float:
+    """Half-way between that and what it is if L/R is the lag of a filter of the speed."""
+    return _constant(motor) - motor.L / 2.0
 
 
 def _gain(motor: Motor) -> float:
