@@ -12,13 +12,14 @@ from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE
 from motorid.estimate.diagnosis.fault import Hypothesis
 from motorid.estimate.diagnosis.faults import (
     channel_delay,
+    common_mode,
     current_limited_supply,
     encoder_bandwidth,
     model_alternatives,
     motion,
     saturation,
 )
-from motorid.estimate.diagnosis.faults.filters import low_pass_filter
+from motorid.estimate.diagnosis.faults.filters import high_pass_filter, low_pass_filter
 from motorid.estimate.diagnosis.faults.zeros import current_zero
 from motorid.estimate.fit import block_regression
 from motorid.estimate.model.capture_model import MotorRecord
@@ -35,6 +36,25 @@ def effect(hypothesis: Hypothesis, size: float, name: str = "measured") -> dict[
 
 def by_code(found: list[Hypothesis], code: str) -> Hypothesis:
     return next(h for h in found if h.code == code)
+
+
+def test_an_amplifiers_share_of_the_voltage_needs_a_voltage_that_is_read() -> None:
+    (found,) = common_mode.hypotheses([record("measured")])
+    assert found.code == "current_common_mode"
+    change = effect(found, found.upper[0])["current"]
+    volts = record("measured").capture.channels[VOLTAGE].values
+    assert float(np.abs(change).max()) == pytest.approx(found.upper[0] * float(np.abs(volts).max()))
+    assert common_mode.hypotheses([record("commanded")]) == []
+
+
+def test_a_high_pass_of_no_rate_shows_the_current_as_it_is() -> None:
+    (found,) = high_pass_filter.hypotheses([record("measured")])
+    assert found.code == "current_coupled"
+    assert not effect(found, 0.0)["current"].any()
+    faster, slower = (
+        effect(found, size)["current"] for (size,) in (found.sizes[0], found.sizes[-1])
+    )
+    assert float(np.abs(faster).max()) > float(np.abs(slower).max()) > 0.0
 
 
 @pytest.mark.parametrize("samples", [0.0, 1.0, 2.5, 12.0])

@@ -2,8 +2,8 @@
 
 A time constant as long as the record leaves hardly a residual in a log: the current that friction
 takes fades by a few per cent, and K, B, J follow it. A fit with the high-pass tells it all the
-same, as it moves them far and lets the current's misfit fall. What a motor may do instead has a
-fit of its own.
+same, as it moves them far and lets the current's misfit fall. What a motor or a channel's zero may
+do instead has a fit of its own.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from motorid.capture.model import CURRENT
 from motorid.estimate.diagnosis import misfit
 from motorid.estimate.diagnosis.fault import Hypothesis, Words, acting
 from motorid.estimate.diagnosis.faults import model_alternatives
+from motorid.estimate.diagnosis.faults.zeros import current_zero, voltage_zero
 from motorid.estimate.diagnosis.refit import Refit, refit, residuals, starts
 from motorid.estimate.diagnosis.score_test import Screen
 from motorid.estimate.effects.reading.current_coupling import CURRENT_COUPLING, bounds, record_s
@@ -31,6 +32,7 @@ from motorid.estimate.uncertainty.covariance import covariance_of
 Floats = NDArray[np.float64]
 
 CODE = "current_coupled"
+RIVALS = (model_alternatives, current_zero, voltage_zero)  # what else changes a steady current
 RECORDS = (0.3, 1.0, 3.0, 10.0)  # time constants that are tried, in lengths of the record
 HINTED = 15.0  # fall of F by the fit's derivatives, of a log that a fit looks at,
 SURELY = 30.0  # and of the current's part of F by that fit, and beyond what a motor does by itself
@@ -58,7 +60,7 @@ def suspects(records: Sequence[MotorRecord], solution: Solution) -> list[Suspect
     usual = refit(records, starts(records, solution), enough=ENOUGH, steps=STEPS)
     if _of_current(records, misfit.residuals(records, usual.search)) < left:
         return []
-    for other in model_alternatives.hypotheses(records):
+    for other in (h for rivals in RIVALS for h in rivals.hypotheses(records)):
         rival = _best(records, solution, other)
         if _of_current(records, residuals(records, rival, other)) < left:
             return []
