@@ -60,6 +60,7 @@ def test_where_no_command_lets_the_motor_coast_it_is_said_and_the_coast_is_told(
     assert holds(found, law.truth | {"B/J": 1.5, "T0/J": slows})
 
 
+@pytest.mark.slow
 def test_constants_that_are_given_make_parameters_of_the_combinations() -> None:
     law = Law()
     K, R = 0.038, 2.0
