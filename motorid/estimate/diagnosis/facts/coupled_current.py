@@ -58,9 +58,7 @@ def found(capture: Capture) -> float | None:
     best = int(np.argmin([sum(both) for both in rests]))
     if not 0 < best < len(rests) - 1:  # another fault, which any slope eases
         return None
-    if (
-        rests[best][0] > ELECTRICAL * as_it_is[0]
-    ):  # its integral is a speed, and suits the second law
+    if rests[best][0] > ELECTRICAL * as_it_is[0]:  # only the second law, which a speed suits
         return None
     return float(constants[best]) if convinces(rests[best], as_it_is) else None
 

@@ -8,6 +8,7 @@ under drive by themselves, it was open: these parts are the answer, and the rest
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -56,7 +57,7 @@ def _rests(speed: NDArray[np.float64], top: float) -> int:
 def _undriven(capture: Capture) -> Capture:
     name = drive_of(capture.channels)
     others = {n: c for n, c in capture.channels.items() if n != name}
-    return Capture(**{**capture.__dict__, "channels": others})
+    return replace(capture, channels=others)
 
 
 def left(curves: Sequence[Curve]) -> float:

@@ -33,7 +33,7 @@ from motorid.estimate.results.estimate import (
 from motorid.estimate.results.status import Status
 from motorid.estimate.uncertainty import intervals
 from motorid.estimate.uncertainty.unstated_gains import LEAST
-from motorid.motor.parameters import Motor
+from motorid.motor.parameters import Motor, mechanical_time_constant
 
 CONSTANT, GAIN, FRICTION, WINDING = "JR/(K²+RB)", "K/(K²+RB)", "T0·R/K", "L/R"
 SHOWN = {"K": GAIN, "J": CONSTANT, "T0": FRICTION}  # what the parameters of that scale show as
@@ -61,7 +61,7 @@ class Combination:
 def combinations(whole: Whole, volt: str) -> dict[str, Parameter]:
     """Of a fit whose drive is in ``volt``."""
     told = whole.estimate.parameters["L"].status.measured
-    constant = Combination(CONSTANT, "s", TIME, _constant, {"J": 1.0, "K": -2.0})
+    constant = Combination(CONSTANT, "s", TIME, mechanical_time_constant, {"J": 1.0, "K": -2.0})
     more = whole.beside
     if told and whole.filterable:
         motor = whole.found.motor()
@@ -79,13 +79,9 @@ def combinations(whole: Whole, volt: str) -> dict[str, Parameter]:
     return out
 
 
-def _constant(motor: Motor) -> float:
-    return motor.J / motor.K**2
-
-
 def _between(motor: Motor) -> float:
     """Half-way between that and what it is if L/R is the lag of a filter of the speed."""
-    return _constant(motor) - motor.L / 2.0
+    return mechanical_time_constant(motor) - motor.L / 2.0
 
 
 def _gain(motor: Motor) -> float:
@@ -176,7 +172,7 @@ def shares(parameters: Mapping[str, Parameter]) -> str:
     motor = Motor(R=1.0, L=0.0, K=K, B=0.0, J=J or 0.0, T0=T0 or 0.0)
     told = {
         GAIN: _gain(motor),
-        CONSTANT: _constant(motor) if J else 0.0,
+        CONSTANT: mechanical_time_constant(motor) if J else 0.0,
         FRICTION: _friction(motor),
     }
     return ", ".join(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -75,15 +77,13 @@ def test_a_search_without_a_balance_begins_near_a_motor_that_turns_so() -> None:
 
 
 def test_two_readings_that_are_as_likely_share_what_they_differ_by() -> None:
-    class Found:
-        def __init__(self, constant_s: float, objective: float) -> None:
-            self.values, self.objective = (constant_s, 1.0), objective
-            self.unknowns = [type("U", (), {"name": n})() for n in ("J", "K")]
+    def found(constant_s: float, objective: float) -> Any:
+        named = [SimpleNamespace(name=name) for name in ("J", "K")]
+        return SimpleNamespace(unknowns=named, values=(constant_s, 1.0), objective=objective)
 
-    best, other = Found(0.1, 0.0), Found(0.11, 0.0)
-    assert likelihood._apart(best, other) == pytest.approx(0.1 / np.sqrt(2.0))  # type: ignore
-    other.objective = 20.0
-    assert likelihood._apart(best, other) < 1e-4  # type: ignore
+    best = found(0.1, 0.0)
+    assert likelihood._apart(best, found(0.11, 0.0)) == pytest.approx(0.1 / np.sqrt(2.0))
+    assert likelihood._apart(best, found(0.11, 20.0)) < 1e-4
 
 
 def test_parts_without_a_command_that_begin_at_speed_may_be_coasts() -> None:
