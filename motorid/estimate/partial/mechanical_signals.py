@@ -148,9 +148,14 @@ def drive_of(channels: Mapping[str, Channel]) -> str | None:
     return next((name for name in DRIVES if name in channels), None)
 
 
+def output_of(capture: Capture) -> Channel | None:
+    """The motion: a speed where there is one, else a position."""
+    return capture.get(SPEED) or capture.get(POSITION)
+
+
 def stands_still(capture: Capture) -> bool:
     """Whether speed or position is measured and never changes."""
-    output = capture.get(SPEED) or capture.get(POSITION)
+    output = output_of(capture)
     return output is not None and not np.nanmax(np.abs(np.diff(output.values)), initial=0.0)
 
 
@@ -161,7 +166,7 @@ def of_capture(capture: Capture, drive: str) -> Motion:
     the drive was, so that both sides of the balance went through the same filter. Raises DataError
     where a channel is missing, does not change, or is linear beside an angular one.
     """
-    output = capture.get(SPEED) or capture.get(POSITION)
+    output = output_of(capture)
     none = Channel(drive, "", np.zeros(len(capture)))
     source = none if drive == COASTING else capture.get(drive)
     name = capture.path or "the capture"

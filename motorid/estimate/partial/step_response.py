@@ -19,7 +19,14 @@ from motorid.capture.store import describe
 from motorid.errors import DataError
 from motorid.estimate.partial import exponential_fit, mechanical_remarks
 from motorid.estimate.partial.mechanical_results import Judge, Quantity, fixed, unknown
-from motorid.estimate.partial.mechanical_signals import COASTING, COMMAND, drive_of, fresh, noise
+from motorid.estimate.partial.mechanical_signals import (
+    COASTING,
+    COMMAND,
+    drive_of,
+    fresh,
+    noise,
+    output_of,
+)
 from motorid.estimate.results.estimate import (
     PARAMETERS,
     UNITS,
@@ -74,7 +81,7 @@ def steps(captures: Sequence[Capture]) -> list[Step] | None:
 
 
 def _step(capture: Capture) -> Step | None:
-    output = capture.get(SPEED) or capture.get(POSITION)
+    output = output_of(capture)
     drive = drive_of(capture.channels) or COASTING
     if output is None or drive not in (VOLTAGE, COMMAND, COASTING) or capture.program is not None:
         return None

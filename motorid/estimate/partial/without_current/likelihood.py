@@ -18,14 +18,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, HELD, POSITION, SPEED, TORQUE, VOLTAGE, Capture, Channel
+from motorid.capture.model import CURRENT, HELD, POSITION, SPEED, TORQUE, VOLTAGE, Capture
 from motorid.errors import DataError
 from motorid.estimate.assembly.assemble import answered
 from motorid.estimate.fit.joint_fit import solved
 from motorid.estimate.fit.multistart import leaves_misfit, settled
 from motorid.estimate.fit.parameter_bounds import merged, searched
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.partial.mechanical_signals import COMMAND, drive_of, fresh, stands_still
+from motorid.estimate.partial.mechanical_signals import (
+    COMMAND,
+    drive_of,
+    fresh,
+    output_of,
+    stands_still,
+)
 from motorid.estimate.partial.unstated_lag import WINDING
 from motorid.estimate.results.estimate import Estimate
 from motorid.estimate.signals.log_sections import unbroken
@@ -85,11 +91,6 @@ def _suits(capture: Capture) -> bool:
         and output is not None
         and output.unit in ("rad", "rad/s")
     )
-
-
-def output_of(capture: Capture) -> Channel | None:
-    """The motion."""
-    return capture.get(SPEED) or capture.get(POSITION)
 
 
 def whole(
