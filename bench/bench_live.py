@@ -77,7 +77,7 @@ def run(seconds: float, folder: Path) -> dict[str, object]:
     limits = replace(rig.limits, run_time_s=seconds + 10)
     sampling = replace(rig.sampling, rate_hz=RATE_HZ)
     with (
-        opened(found(), folder / "profile") as browser,
+        opened(found()) as browser,
         served(command="capture") as here,
         pty.terminal() as path,
         connect(here.socket, origin=here.origin, ping_interval=None, close_timeout=1) as asleep,  # type: ignore[arg-type]

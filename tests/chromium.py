@@ -8,6 +8,7 @@ import itertools
 import json
 import shutil
 import subprocess
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -128,35 +129,43 @@ class Page:
 
 
 @contextlib.contextmanager
-def opened(program: str, profile: Path) -> Iterator[Callable[[], Page]]:
+def opened(program: str) -> Iterator[Callable[[], Page]]:
     """A browser; what it gives opens a new page."""
     from websockets.sync.client import connect
 
-    command = [program, *QUIET, f"--user-data-dir={profile}", "--remote-debugging-port=0"]
-    process = subprocess.Popen(
-        [*command, "about:blank"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-    )
-    try:
-        port, path = _devtools(process, profile / "DevToolsActivePort")
-        with contextlib.ExitStack() as stack:
+    with _running(program) as (port, path), contextlib.ExitStack() as stack:
 
-            def page() -> Page:
-                url = f"ws://127.0.0.1:{port}{path}"
-                with connect(url, max_size=None, close_timeout=1) as whole:
-                    made = {
-                        "id": 1,
-                        "method": "Target.createTarget",
-                        "params": {"url": "about:blank"},
-                    }
-                    whole.send(json.dumps(made))
-                    target = json.loads(whole.recv(timeout=PATIENCE_S))["result"]["targetId"]
-                url = f"ws://127.0.0.1:{port}/devtools/page/{target}"
-                return Page(stack.enter_context(connect(url, max_size=None, close_timeout=1)))
+        def page() -> Page:
+            with connect(f"ws://127.0.0.1:{port}{path}", max_size=None, close_timeout=1) as whole:
+                made = {
+                    "id": 1,
+                    "method": "Target.createTarget",
+                    "params": {"url": "about:blank"},
+                }
+                whole.send(json.dumps(made))
+                target = json.loads(whole.recv(timeout=PATIENCE_S))["result"]["targetId"]
+            url = f"ws://127.0.0.1:{port}/devtools/page/{target}"
+            return Page(stack.enter_context(connect(url, max_size=None, close_timeout=1)))
 
-            yield page
-    finally:
-        process.terminate()
-        process.wait(PATIENCE_S)
+        yield page
+
+
+@contextlib.contextmanager
+def _running(program: str) -> Iterator[tuple[int, str]]:
+    """A browser with a new profile; where it listens.
+
+    Its children outlive it by a moment and still write: what is left of the profile is nobody's.
+    """
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        command = [program, *QUIET, f"--user-data-dir={profile}", "--remote-debugging-port=0"]
+        process = subprocess.Popen(
+            [*command, "about:blank"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+        try:
+            yield _devtools(process, Path(profile) / "DevToolsActivePort")
+        finally:
+            process.terminate()
+            process.wait(PATIENCE_S)
 
 
 def _devtools(process: subprocess.Popen[bytes], file: Path) -> tuple[int, str]:

@@ -57,8 +57,8 @@ INKS = """[...document.querySelectorAll("canvas")].map((canvas) => {
 
 
 @pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[], Page]]:
-    with opened(found(), tmp_path_factory.mktemp("browser")) as page:
+def browser() -> Iterator[Callable[[], Page]]:
+    with opened(found()) as page:
         yield page
 
 

@@ -36,10 +36,7 @@ def shoot(browser: chromium.Page, picture: walk.Picture, folder: Path) -> Path:
 def main(names: list[str]) -> int:
     """Makes the pictures of the named pages, or of all."""
     pages = [page for page in walk.pages() if not names or page.stem in names]
-    with (
-        tempfile.TemporaryDirectory() as profile,
-        chromium.opened(chromium.found(), Path(profile)) as opened,
-    ):
+    with chromium.opened(chromium.found()) as opened:
         for page in pages:
             with tempfile.TemporaryDirectory() as folder:
                 for step in walk.steps(page.read_text(encoding="utf-8")):
