@@ -80,6 +80,9 @@ EFFECTS = {
         "commutation-resistance", f"commutation=0.06&commutation_speed={0.6 * TOP:g}",
         {"c_R": 0.06 * R_OHM / (0.4 * TOP), "w_R": 0.6 * TOP},
     ),
+    "friction falls by a third": Effect(
+        "friction-drift", "fresh_friction=0.5&fresh_time=0.8", {}, levels(0.4, 3.0, 6.0, -3.0, 3.0)
+    ),
     "two masses": Effect(
         "two-masses", "load_inertia=4e-7&shaft_stiffness=0.05&shaft_damping=2e-6",
         {"J2": 4e-7, "Ks": 0.05, "b": 2e-6},

@@ -276,7 +276,7 @@ static void note_forces(wide_run *r)
     r->acts[VOLTS] = moving || bent || r->warms || p->brush != 0.0 ||
                      p->r_ripple != 0.0 || p->commutation != 0.0;
     r->acts[TORQUE] = moving || p->quadratic != 0.0 || p->stiction != 0.0 ||
-                      p->load_friction != 0.0 || p->cogging != 0.0;
+                      p->load_friction != 0.0 || p->cogging != 0.0 || p->drift != 0.0;
     r->acts[SHIELDED] = bent && r->rows > PLAIN;
     r->ripples = p->k_ripple != 0.0 || p->r_ripple != 0.0;
     r->turns = r->ripples || p->cogging != 0.0;
@@ -291,6 +291,7 @@ int wide_begin(wide_run *r, const mw_motor *p, double period, double pwm_period,
     if (count < 1 || !(p->R > 0 && p->L >= 0 && p->J > 0 && period > 0)) return -1;
     if ((p->brush != 0.0 && !(p->brush_current > 0.0)) || (p->stiction != 0.0 && !(p->stribeck > 0.0)))
         return -1;
+    if (p->drift != 0.0 && !(p->drift_rate > 0.0 && p->drift_span > 0.0)) return -1;
     if (!iron_fits(p)) return -1;
     r->motor = p, r->six = (mr_motor){p->R, p->L, p->K, p->B, p->J, p->T0};
     if (pwm_period > 0.0) r->six.L = inductance_at(p, TURN / pwm_period); /* of the PWM ripple */

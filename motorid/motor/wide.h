@@ -2,7 +2,7 @@
  *
  *   l1 L di/dt = v - (R (1 + warmth) + rise(w) + series) i - Ke w - drop(i) - u,     Ke = K (1 + emf)
  *   J dw/dt = K i - B w - T0 (1 + asymmetry s) s - stiction s exp(-(w / stribeck)^2)
- *             - quadratic w |w| - load_friction |K i| s
+ *             - quadratic w |w| - load_friction |K i| s - drift fade(t) s
  *             - cogging sin(cogging_per_turn th + phase) - coupling
  *   rise(w)  = commutation max(|w| - commutation_from, 0)
  *   drop(i)  = brush i / sqrt(i^2 + brush_current^2), its mean over the PWM ripple
@@ -14,8 +14,10 @@
  *   load_inertia > 0: coupling = stiffness (th - th2) + damping (w - w2) = load_inertia dw2/dt,
  *                     and J is the motor's own
  *
+ *   fade(t) = (exp(-drift_rate t) - e) / (1 - e), e = exp(-drift_rate drift_span), t since the first tick
+ *
  * with s the direction of motion; at standstill it holds while the torque stays within
- * T0 (1 + asymmetry s) + stiction + load_friction |K i|. An interval is 2^level equal steps. In a step the linear part is
+ * T0 (1 + asymmetry s) + stiction + load_friction |K i| + drift fade(t). An interval is 2^level equal steps. In a step the linear part is
  * exact; what is not linear is a parabola in time through its values at start, middle and end,
  * which successive approximation finds. Events are located as in response.c.
  * The caller owns every buffer. Reentrant.
@@ -41,6 +43,7 @@ typedef struct {
     double saturation, saturation_current; /* 1, A */
     double eddy, eddy_time; /* 1, s */
     double commutation, commutation_from; /* ohm s/rad, rad/s */
+    double drift, drift_rate, drift_span; /* N m, 1/s, s */
 } mw_motor;
 
 /* Of the first tick: A, rad/s, rad; warmth (1); phases (rad) of cogging and ripple at th = 0 */

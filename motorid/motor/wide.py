@@ -25,7 +25,7 @@ NAMES = (
     "cogging", "cogging_per_turn", "k_ripple", "r_ripple", "ripple_per_turn",
     "warming", "cooling", "load_inertia", "stiffness", "damping", "load_friction",
     "reaction", "reaction_bend", "saturation", "saturation_current", "eddy", "eddy_time",
-    "commutation", "commutation_from",
+    "commutation", "commutation_from", "drift", "drift_rate", "drift_span",
 )  # fmt: skip
 """Fields of ``mw_motor`` in order: the six, then what is added, each 0 where it is not wanted."""
 START = ("current", "speed", "position", "warmth", "cogging_phase", "ripple_phase")

@@ -1,4 +1,5 @@
-/* What the motor's iron does at a current, K and L that fall with it; and its brushes at a speed. Internal.
+/* What the motor's iron does at a current, K and L that fall with it; its brushes at a speed, its bearings
+ * at a time. Internal.
  *
  * `swing` is half the width of the PWM ripple, a triangle: where the mean current is small, what
  * counts is the mean magnitude, or the mean square, of the current with its ripple. */
@@ -44,6 +45,13 @@ static inline double load_friction(const mw_motor *p, double i, double swing)
     if (p->load_friction == 0.0) return 0.0;
     if (size < swing) size = 0.5 * (i * i + swing * swing) / swing;
     return p->load_friction * p->K * iron_constant(p, i, swing) * size;
+}
+
+/* What is left of what dry friction has more at the first tick, so long after it. */
+static inline double friction_left(const mw_motor *p, double t)
+{
+    const double rate = p->drift_rate, span = p->drift_span;
+    return exp(-rate * t) * expm1(-rate * (span - t)) / expm1(-rate * span);
 }
 
 /* What an inductance meter shows at that angular frequency (rad/s) and no current, H. */

@@ -18,6 +18,7 @@ typedef struct {
     lane cogging, cogging_per_turn, k_ripple, r_ripple, ripple_per_turn, warming, cooling;
     lane load_inertia, stiffness, damping, load_friction, reaction, reaction_bend;
     lane saturation, saturation_current, eddy, eddy_time, commutation, commutation_from;
+    lane drift, drift_rate, drift_span;
 } lanes_motor;
 
 /* wide_map and wide_row; `extra`: the ripple's part of a tap. */

@@ -106,8 +106,19 @@ static inline lane lanes_load(const lanes *g, lane i, lane left)
     return p->load_friction * p->K * left * either(flat < swing, bent, flat);
 }
 
+/* What dry friction has more at a node of a step. */
+static inline lane lanes_drift(const lanes *g, int node, double length)
+{
+    const wide_run *r = &g->run[0];
+    lane more = {0};
+    if (g->motor.drift[0] == 0.0) return more;
+    const double time = (r->n - 1) * r->h + (g->at + 0.5 * node * length);
+    EACH_LANE more[l] = g->motor.drift[l] * friction_left(g->run[l].motor, time);
+    return more;
+}
+
 static inline void lanes_forces(const lanes *g, const lane *x, const lanes_turn *t, lane warmth,
-                             lane f[FORCES])
+                             lane drift, lane f[FORCES])
 {
     const lanes_motor *p = &g->motor;
     const wide_run *r = &g->run[0];
@@ -118,8 +129,11 @@ static inline void lanes_forces(const lanes *g, const lane *x, const lanes_turn 
     if (p->brush[0] != 0.0 && r->now.mode.circuit != OPEN) volts -= p->brush * lanes_signs(g, i);
     if (p->quadratic[0] != 0.0) torque -= p->quadratic * w * each_fabs(w);
     if (p->stiction[0] != 0.0 && s != 0.0) torque -= s * lanes_stribeck(g, w);
-    if (p->load_friction[0] != 0.0) torque -= s * lanes_load(g, i, left) + p->cogging * t->cogging;
-    else if (p->cogging[0] != 0.0) torque -= p->cogging * t->cogging;
+    if (p->load_friction[0] != 0.0 || p->drift[0] != 0.0) {
+        lane dry = {0};
+        if (p->load_friction[0] != 0.0) dry = lanes_load(g, i, left);
+        torque -= s * (dry + drift) + p->cogging * t->cogging;
+    } else if (p->cogging[0] != 0.0) torque -= p->cogging * t->cogging;
     if (r->ripples || p->reaction[0] != 0.0) {
         const lane constant = (1.0 + t->ripple * p->k_ripple) * left - 1.0;
         volts -= t->ripple * p->r_ripple * p->R * i + constant * p->K * (1.0 + p->emf) * w;
@@ -180,7 +194,9 @@ static inline void lanes_step(const lanes *g, const int rows, const lanes_level 
     for (int row = 0; row < rows; row++)
         if (r->asked[row]) to_middle[row] = lanes_linear(g, &m->half, rows, row);
     for (int n = 0; n < NODES; n++) turn[n] = lanes_turn_at(g, g->x[WTH], n, m->length);
-    lanes_forces(g, g->x, &turn[BEGIN], warmth[BEGIN], d->f[BEGIN]);
+    lane drift[NODES];
+    for (int n = 0; n < NODES; n++) drift[n] = lanes_drift(g, n, m->length);
+    lanes_forces(g, g->x, &turn[BEGIN], warmth[BEGIN], drift[BEGIN], d->f[BEGIN]);
     for (int k = 0; k < FORCES; k++) d->f[MIDDLE][k] = d->f[END][k] = d->f[BEGIN][k];
     for (int sweep = 0; sweep < r->sweeps; sweep++) {
         for (int row = 0; row < rows; row++) {
@@ -194,8 +210,8 @@ static inline void lanes_step(const lanes *g, const int rows, const lanes_level 
             turn[MIDDLE] = lanes_turn_at(g, middle[WTH], MIDDLE, m->length);
             turn[END] = lanes_turn_at(g, y[WTH], END, m->length);
         }
-        lanes_forces(g, middle, &turn[MIDDLE], warmth[MIDDLE], d->f[MIDDLE]);
-        lanes_forces(g, y, &turn[END], warmth[END], d->f[END]);
+        lanes_forces(g, middle, &turn[MIDDLE], warmth[MIDDLE], drift[MIDDLE], d->f[MIDDLE]);
+        lanes_forces(g, y, &turn[END], warmth[END], drift[END], d->f[END]);
     }
     d->warmth = warmth[END];
     for (int row = 0; row < rows; row++)

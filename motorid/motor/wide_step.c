@@ -17,6 +17,12 @@ static double smooth_sign(double i, double knee, double swing)
     return (sqrt(up * up + square) - sqrt(down * down + square)) / (2.0 * swing);
 }
 
+double wide_drift(const wide_run *r, double at)
+{
+    const mw_motor *p = r->motor;
+    return p->drift == 0.0 ? 0.0 : p->drift * friction_left(p, (r->n - 1) * r->h + at);
+}
+
 /* What repeats with the rotor, at one moment: sine of the cogging's angle, cosine of the ripple's. */
 typedef struct {
     double cogging, ripple;
@@ -55,7 +61,7 @@ static void saturate(const wide_run *r, const wide_state *x, double v, double f[
 /* What the linear part lacks: volts against the current under v, torque upon the rotor, volts of the
  * shielded inductance. */
 static inline void forces(const wide_run *r, const wide_state *x, repeated t, double warmth,
-                          double v, double f[FORCES])
+                          double drift, double v, double f[FORCES])
 {
     const mw_motor *p = r->motor;
     const double i = x->x[WI], w = x->x[WW];
@@ -68,7 +74,7 @@ static inline void forces(const wide_run *r, const wide_state *x, repeated t, do
         const double ratio = w / p->stribeck;
         torque -= s * p->stiction * exp(-ratio * ratio);
     }
-    torque -= s * load_friction(p, i, r->swing) + p->cogging * t.cogging;
+    torque -= s * (load_friction(p, i, r->swing) + drift) + p->cogging * t.cogging;
     const double constant = (1.0 + t.ripple * p->k_ripple) * iron_constant(p, i, r->swing) - 1.0;
     volts -= t.ripple * p->r_ripple * p->R * i + constant * p->K * (1.0 + p->emf) * w;
     torque += constant * p->K * i;
@@ -82,7 +88,7 @@ double wide_push(const wide_run *r, const wide_state *x)
     const mw_motor *p = r->motor;
     double f[FORCES];
     const double angle = r->angle ? known_angle(r, r->now.at) : x->x[WTH];
-    forces(r, x, repeats(r, angle), r->now.warmth, 0.0, f);
+    forces(r, x, repeats(r, angle), r->now.warmth, 0.0, 0.0, f); /* of what slides not at all */
     double coupling = p->load_inertia > 0.0
                           ? p->stiffness * x->x[WTWIST] - p->damping * x->x[WLOAD]
                           : 0.0;
@@ -93,7 +99,7 @@ double wide_breakaway(const wide_run *r, double current, double torque)
 {
     const mw_motor *p = r->motor;
     const double coulomb = p->T0 * (1.0 + (torque > 0.0 ? p->asymmetry : -p->asymmetry));
-    return coulomb + p->stiction + load_friction(p, current, r->swing);
+    return coulomb + p->stiction + load_friction(p, current, r->swing) + wide_drift(r, r->now.at);
 }
 
 /* The voltage of interval n. */
@@ -146,7 +152,9 @@ static inline wide_state step_of(const wide_run *r, const int rows, const wide_m
     repeated turn[NODES];
     for (int n = 0; n < (r->angle ? NODES : 1); n++)
         turn[n] = repeats(r, r->angle ? known_angle(r, r->now.at + 0.5 * n * length) : x->x[WTH]);
-    forces(r, x, turn[BEGIN], warmth[BEGIN], v, d->f[BEGIN]);
+    double drift[NODES];
+    for (int n = 0; n < NODES; n++) drift[n] = wide_drift(r, r->now.at + 0.5 * n * length);
+    forces(r, x, turn[BEGIN], warmth[BEGIN], drift[BEGIN], v, d->f[BEGIN]);
     for (int k = 0; k < FORCES; k++) d->f[MIDDLE][k] = d->f[END][k] = d->f[BEGIN][k];
     for (int sweep = 0; sweep < r->sweeps; sweep++) {
         approach(r, rows, maps, linear, d->f, later);
@@ -154,7 +162,7 @@ static inline wide_state step_of(const wide_run *r, const int rows, const wide_m
         if (r->warms) warm(r, current, length, warmth);
         for (int k = 0; k < 2; k++) {
             if (!r->angle) turn[k + 1] = repeats(r, later[k].x[WTH]);
-            forces(r, &later[k], turn[k + 1], warmth[k + 1], v, d->f[k + 1]);
+            forces(r, &later[k], turn[k + 1], warmth[k + 1], drift[k + 1], v, d->f[k + 1]);
         }
     }
     d->warmth = warmth[END];

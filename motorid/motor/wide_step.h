@@ -63,6 +63,9 @@ typedef struct {
 double wide_push(const wide_run *r, const wide_state *x);
 double wide_breakaway(const wide_run *r, double current, double torque);
 
+/* What dry friction has more, `at` seconds into the interval, N m. */
+double wide_drift(const wide_run *r, double at);
+
 /* Coulomb torque while moving in direction s, N m. */
 double wide_coulomb(const mw_motor *p, int s);
 

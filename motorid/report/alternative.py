@@ -47,6 +47,8 @@ MEANING = {
     "t_e": "time constant of the eddies",
     "c_R": "rise of R with speed",
     "w_R": "speed where R begins to rise",
+    "T_f": "T0 at begin less at end",
+    "r_f": "rate of T0's change",
     "K_rated": "K at the rated current",
     "L_rated": "L at the rated current",
     "L_1kHz": "L of a meter at 1 kHz",

@@ -269,6 +269,7 @@ def plant_params(options: Options, chain: Chain) -> Any:
     p.viscous, p.coulomb = motor.viscous_nm_s, motor.coulomb_nm
     p.shaft_stiffness, p.shaft_damping = options.shaft_stiffness, options.shaft_damping
     p.quadratic, p.asymmetry = options.quadratic, options.asymmetry
+    p.fresh_friction, p.fresh_time = options.fresh_friction, options.fresh_time
     p.stiction = options.stiction * motor.coulomb_nm
     p.stribeck_speed = options.stribeck
     p.cogging = options.cogging

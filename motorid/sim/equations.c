@@ -31,7 +31,7 @@ static double bus_voltage(const plant *p, const double x[STATES])
 static double sliding_friction(const plant *p, double speed, double load)
 {
     const plant_params *m = &p->par;
-    double torque = m->coulomb * (1.0 + p->direction * m->asymmetry) + load;
+    double torque = m->coulomb * (1.0 + p->direction * m->asymmetry + m->fresh_friction * p->fresh) + load;
     if (m->stiction > m->coulomb && m->stribeck_speed > 0.0) {
         double ratio = speed / m->stribeck_speed;
         if (fabs(ratio) < STRIBECK_REACH)
@@ -142,7 +142,8 @@ void equations_evaluate(const plant *p, const double x[STATES], rates *out)
 double equations_breakaway(const plant *p, const rates *r)
 {
     double sign = r->torque > 0.0 ? 1.0 : -1.0;
-    double more = p->par.coulomb * sign * p->par.asymmetry + r->load_friction;
+    double more = p->par.coulomb * (sign * p->par.asymmetry + p->par.fresh_friction * p->fresh);
+    more += r->load_friction;
     return (p->par.stiction > p->par.coulomb ? p->par.stiction : p->par.coulomb) + more;
 }
 
@@ -162,6 +163,8 @@ void equations_warm(plant *p, double heat, double dt)
 {
     const plant_params *m = &p->par;
     warm(p, heat, dt);
+    if (p->direction && m->fresh_friction != 0.0)
+        p->fresh *= exp(-dt / m->fresh_time);
     p->r_now = m->resistance * (1.0 + m->copper_coefficient * (p->winding - REFERENCE_C));
     p->k_now = m->torque_constant * (1.0 + m->magnet_coefficient * (p->housing - REFERENCE_C));
 }

@@ -65,6 +65,10 @@ class Options:
     commutation_speed: float = _number(
         0.0, 0, 1e5, "rad/s above which it does, as of lifting brushes"
     )
+    fresh_friction: float = _number(
+        0.0, 0, 10, "dry friction of a motor that has not turned yet over its own, less 1"
+    )
+    fresh_time: float = _number(1.0, 1e-3, 1e5, "s of turning, in which that falls to 1/e")
     load_friction: float = _number(
         0.0, 0, 0.5, "dry friction over the torque that the current makes"
     )

@@ -286,7 +286,7 @@ static double choose_step(const plant_params *m)
 
 void plant_init(plant *p, const plant_params *par)
 {
-    *p = (plant){.par = *par};
+    *p = (plant){.par = *par, .fresh = 1.0};
     p->bus = par->supply_voltage;
     p->winding = p->housing = par->ambient;
     p->step = par->max_step > 0.0 ? par->max_step : choose_step(par);

@@ -51,6 +51,8 @@ typedef struct plant_params {
     double commutation;     /* ohm for each rad/s above commutation_speed: coils that brushes short */
     double commutation_speed;
     double load_friction;   /* dry friction over the electromagnetic torque's size */
+    double fresh_friction;  /* Coulomb torque of a motor that has not turned yet, over its own, less 1 */
+    double fresh_time;      /* of turning, in which that falls to 1/e */
     /* iron, see iron.h; 0: none */
     double reaction;           /* relative loss of K at reaction_current */
     double reaction_current;
@@ -108,6 +110,7 @@ typedef struct plant {
     double bus;     /* supply voltage at the bridge */
     double winding; /* °C */
     double housing; /* °C */
+    double fresh;   /* share that is left of the fresh friction */
     int direction;  /* of sliding: -1, 1; 0 while stuck */
     int locked;     /* a jammed rotor */
     /* outputs at this instant */

@@ -28,6 +28,7 @@ TERMS = {
     "eddy": {"eddy": 0.5, "eddy_time": 2e-4},
     "commutation": {"commutation": 3e-4},
     "brushes that lift": {"commutation": 1e-3, "commutation_from": 300.0},
+    "drift": {"drift": 4e-4, "drift_rate": 200.0, "drift_span": 0.02},
     "iron": {"saturation": 0.6, "saturation_current": 0.8, "eddy": 0.5, "eddy_time": 1e-4},
 }
 TERMS["all"] = {name: value for term in TERMS.values() for name, value in term.items()}

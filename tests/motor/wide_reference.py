@@ -69,15 +69,21 @@ class WideReference(Solved):
             total -= self["stiffness"] * y[6] + self["damping"] * (w - y[5])
         return total
 
-    def sliding(self, s: int, w: float, i: float) -> float:
+    def sliding(self, s: int, w: float, i: float, t: float) -> float:
         """N·m of Coulomb friction, the load's and Stribeck's excess, in the direction of motion."""
         friction = self["T0"] * (1 + self["asymmetry"] * s)
         friction += self["load_friction"] * abs(self.constant(i) * i)
         if self["stiction"]:
             friction += self["stiction"] * math.exp(-((w / self["stribeck"]) ** 2))
+        if self["drift"]:
+            rate, span = self["drift_rate"], self["drift_span"]
+            left = math.exp(-rate * span)
+            friction += self["drift"] * (math.exp(-rate * t) - left) / (1 - left)
         return friction
 
-    def rate(self, y: np.ndarray, s: int, drive: float, ohms: float, electrical: bool) -> list:
+    def rate(
+        self, t: float, y: np.ndarray, s: int, drive: float, ohms: float, electrical: bool
+    ) -> list:
         """Time derivative of ``STATES``."""
         i, w = y[0], y[1]
         wave = math.cos(self["ripple_per_turn"] * y[3] + self.phases[1])
@@ -93,7 +99,7 @@ class WideReference(Solved):
             emf = self.constant(i) * (1 + self["emf"]) * (1 + self["k_ripple"] * wave) * w
             left = drive - resistance * i - emf - drop - shielded
             di = left / ((1 - share) * self.inductance(i))
-        dw = (self.torque(y) - s * self.sliding(s, w, i)) / self["J"] if s else 0.0
+        dw = (self.torque(y) - s * self.sliding(s, w, i, t)) / self["J"] if s else 0.0
         warming = self["warming"] * (1 + y[4]) * i * i - self["cooling"] * y[4]
         load = twist = 0.0
         if self["load_inertia"]:
@@ -105,14 +111,14 @@ class WideReference(Solved):
         electrical = not stretch.open or freewheels
         drive = -sign * stretch.clamp_v if freewheels else v
         direction = int(math.copysign(1, self.torque(x)))
-        if s == 0 and abs(self.torque(x)) > self.sliding(direction, 0.0, x[0]):
+        if s == 0 and abs(self.torque(x)) > self.sliding(direction, 0.0, x[0], t):
             s = direction
 
-        def friction(_, y):
+        def friction(t, y):
             if s:
                 return s * y[1]
             torque = self.torque(y)
-            return self.sliding(int(math.copysign(1, torque)), 0.0, y[0]) - abs(torque)
+            return self.sliding(int(math.copysign(1, torque)), 0.0, y[0], t) - abs(torque)
 
         def current(_, y):
             return sign * y[0] if freewheels else 1.0
@@ -120,7 +126,7 @@ class WideReference(Solved):
         for event in (friction, current):
             event.terminal, event.direction = True, -1
         solved = solve_ivp(
-            lambda _, y: self.rate(y, s, drive, stretch.series_ohm, electrical),
+            lambda t, y: self.rate(t, y, s, drive, stretch.series_ohm, electrical),
             (t, stop), x, method=self.method, rtol=self.rtol, atol=1e-13, dense_output=True,
             events=(friction, current), max_step=(stop - t) / 3,
         )  # fmt: skip

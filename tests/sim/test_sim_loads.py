@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, sqrt
+from math import cos, exp, sqrt
 from typing import Any
 
 import pytest
@@ -25,6 +25,22 @@ def test_friction_by_direction_stops_a_coast_sooner_one_way(make: Any, sign: int
     plant.coast()
     plant.advance(0.05)
     assert plant.c.speed == pytest.approx(sign * (w0 - T0 * (1 + sign * d) * 0.05 / J), rel=1e-8)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_fresh_friction_falls_while_the_motor_turns(make: Any, sign: int) -> None:
+    """dw/dt = −(T0/J)(1 + f exp(−t/time)): in closed form. While it stands nothing falls."""
+    J, T0, fresh, time, w0, t = 1e-6, 1e-3, 0.5, 0.02, 100.0, 0.05
+    plant = make(inertia=J, coulomb=T0, fresh_friction=fresh, fresh_time=time, max_step=2e-6)
+    plant.coast()
+    plant.advance(t)
+    assert plant.c.fresh == 1.0
+    plant.c.speed, plant.c.direction = sign * w0, sign
+    plant.coast()
+    plant.advance(t)
+    lost = T0 / J * (t + fresh * time * (1 - exp(-t / time)))
+    assert plant.c.speed == pytest.approx(sign * (w0 - lost), rel=1e-4)
+    assert plant.c.fresh == pytest.approx(exp(-t / time), rel=1e-9)
 
 
 def test_two_masses_swing_at_their_resonance_and_keep_their_energy(make: Any) -> None:

@@ -8,6 +8,7 @@ from motorid.estimate.effects.bridge.pulse_distortion import PULSE_DISTORTION
 from motorid.estimate.effects.bridge.supply_path import SUPPLY_PATH
 from motorid.estimate.effects.bridge.terminal_load import TERMINAL_LOAD
 from motorid.estimate.effects.friction.friction_by_direction import FRICTION_BY_DIRECTION
+from motorid.estimate.effects.friction.friction_drift import FRICTION_DRIFT
 from motorid.estimate.effects.friction.load_friction import LOAD_FRICTION
 from motorid.estimate.effects.friction.quadratic_friction import QUADRATIC_FRICTION
 from motorid.estimate.effects.friction.windage import WINDAGE
@@ -155,6 +156,7 @@ ADDED = (
     SUPPLY_PATH,
     QUADRATIC_FRICTION,
     FRICTION_BY_DIRECTION,
+    FRICTION_DRIFT,
     # of wider models
     INITIAL_WARMTH,
     COGGING_PHASE,

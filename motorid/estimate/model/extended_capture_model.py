@@ -27,6 +27,7 @@ Floats = NDArray[np.float64]
 Priors = Mapping[str, tuple[float, float]]
 
 PLACE = {name: k for k, name in enumerate(NAMES)}
+STRAIGHT = 1e-6  # of a change of friction: what its rate over the capture bends too little to show
 
 
 class WideRecord(MotorRecord):
@@ -161,11 +162,16 @@ class WideRecord(MotorRecord):
         return unknown(name, start, self.scales, self.priors.get(name))
 
     def motor(self, shared: Floats) -> Floats:
-        """The values by ``motorid.motor.wide.NAMES``."""
-        values = super().motor(shared)
+        """The values by ``motorid.motor.wide.NAMES``: those of ``names``, and the time over which
+        friction changes, if it does: at no rate it goes by a straight line.
+        """
+        values = np.append(super().motor(shared), 0.0)
         share, inertia = values[PLACE["J2_share"]], values[PLACE["J"]]
         values[PLACE["per_C_w"]] *= COPPER_PER_K * values[PLACE["R"]]
         values[PLACE["J2_share"]], values[PLACE["J"]] = share * inertia, (1 - share) * inertia
+        if values[PLACE["T_f"]] != 0.0:
+            values[-1] = self.scales.duration
+            values[PLACE["r_f"]] = max(values[PLACE["r_f"]], STRAIGHT / values[-1])
         return values
 
     def _modelled(self, m: Measured, readings: Floats, shared: Floats, own: Floats) -> Floats:

@@ -101,6 +101,10 @@ ADDED = {
     "t_e": Added("s", "that part of L over the eddy resistance", "L/R", 1.0, log=True),
     "c_R": Added("ohm·s/rad", "rise of R with speed", "ohm·s/rad", 0.02),
     "w_R": Added("rad/s", "speed above which R rises", "rad/s", 0.3),
+    "T_f": Added(
+        "N·m", "T0 at the first tick less that at the last", "N·m", 0.1, False, -float("inf")
+    ),
+    "r_f": Added("1/s", "rate at which that goes", "1/s", 1.0),
 }
 """In the order of ``motorid.motor.wide.NAMES`` after the six."""
 NAMES = (*PARAMETERS, *ADDED)
@@ -197,6 +201,11 @@ TERMS = {
         Term(
             "commutation-resistance", "a resistance that rises with speed",
             "R is R + c_R max(|w| − w_R, 0)", ("c_R", "w_R"), "c_R", {"w_R": (0.0, 0.6)},
+        ),
+        Term(
+            "friction-drift", "dry friction that changes while the motor runs",
+            "T0 is T0 + T_f (exp(−r_f t) − e)/(1 − e), e = exp(−r_f duration)",
+            ("T_f", "r_f"), "T_f", {"r_f": (0.0, 2.0, 8.0)},
         ),
     )
 }  # fmt: skip

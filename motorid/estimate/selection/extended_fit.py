@@ -33,6 +33,7 @@ LAST = 6  # the same, of which the passes leave so many to the search in the noi
 PART = 0.4  # of what is left: the same
 FROM = 0.5  # of the highest speed: standard deviation of that from which R rises, about none
 COOLS_1_S = 0.5  # standard deviation of a winding's rate of cooling
+BENDS = 5.0  # standard deviation of the rate of a friction's change, over the longest capture
 
 
 @dataclass(frozen=True)
@@ -226,6 +227,7 @@ def _known(scales: Scales) -> Priors:
         "per_C_w": (0.0, STALL_K_S / 2 / (scales.volts * scales.current)),
         "k_w": (0.0, COOLS_1_S),
         "w_R": (0.0, FROM * scales.speed),
+        "r_f": (0.0, BENDS * scales.of("r_f")),
         **{
             n: (float(np.log(ADDED[n].part * scales.of(n))), IRON_SD) for n in ("i_K", "i_L", "t_e")
         },

@@ -85,11 +85,12 @@ def test_bounds_keep_a_motor_a_motor() -> None:
 
 def test_what_is_positive_and_may_be_of_any_size_is_searched_by_its_logarithm() -> None:
     """Where a term bends, and how stiff a shaft is. A size may be nothing, without a logarithm; so
-    may the speed from which R rises.
+    may the speed from which R rises, and the rate at which friction changes.
     """
-    bends = {name for term in TERMS.values() for name in term.shapes} - {"w_R"}
+    bends = {name for term in TERMS.values() for name in term.shapes} - {"w_R", "r_f"}
     assert {name for name, added in ADDED.items() if added.log} == {*bends, "Ks"}
     assert ADDED["w_R"].lower == min(TERMS["commutation-resistance"].shapes["w_R"]) == 0.0
+    assert ADDED["r_f"].lower == min(TERMS["friction-drift"].shapes["r_f"]) == 0.0
     assert not any(ADDED[name].log for term in TERMS.values() for name in term.sizes)
 
 
@@ -158,7 +159,7 @@ def test_bends_are_tried_within_what_the_captures_show(term: Term) -> None:
     no logarithm may begin at its bound.
     """
     for name, parts in term.shapes.items():
-        longest = 10.0 if ADDED[name].scale == "L/R" else 1.0
+        longest = 10.0 if ADDED[name].scale in ("L/R", "1/s") else 1.0
         assert list(parts) == sorted(set(parts))
         least = 0.0 if ADDED[name].log else -1e-9
         assert least < parts[0] < parts[-1] < longest

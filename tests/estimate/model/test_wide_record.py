@@ -17,6 +17,7 @@ from motorid.estimate.model.extended_terms import ADDED, NAMES, TERMS, Scales
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.measurements import EMF
 from motorid.estimate.solver.problem import Unknown
+from motorid.motor.wide import NAMES as FIELDS
 from tests.estimate.effects.benches import POINT, record, start
 
 SIZES = Scales(
@@ -114,13 +115,27 @@ def test_without_a_position_the_angle_is_the_models() -> None:
     assert np.abs(speed - fitted[shown])[20:-20].max() < 0.03 * np.abs(speed).max()
 
 
+def fields(one: WideRecord, **values: float) -> dict[str, float]:
+    """Of the motor that its response takes, by name."""
+    return dict(zip(FIELDS, one.motor(shared(one, **values)).tolist(), strict=True))
+
+
 def test_two_masses_share_the_inertia_and_heat_is_in_units_of_the_copper() -> None:
     one = wide("two-masses", "heating")
-    values = dict(zip(NAMES, one.motor(shared(one, J2_share=0.25, per_C_w=0.5)), strict=True))
+    values = fields(one, J2_share=0.25, per_C_w=0.5)
     six = dict(zip(PARAMETERS, POINT, strict=True))
     assert values["J"] == pytest.approx(0.75 * six["J"])
-    assert values["J2_share"] == pytest.approx(0.25 * six["J"])
-    assert values["per_C_w"] == pytest.approx(0.5 * 0.00393 * six["R"], rel=0.02)
+    assert values["load_inertia"] == pytest.approx(0.25 * six["J"])
+    assert values["warming"] == pytest.approx(0.5 * 0.00393 * six["R"], rel=0.02)
+
+
+def test_friction_changes_over_the_longest_capture_and_at_no_rate_by_a_straight_line() -> None:
+    one = wide("friction-drift")
+    bent = fields(one, T_f=1e-4, r_f=50.0)
+    assert (bent["drift"], bent["drift_rate"], bent["drift_span"]) == (1e-4, 50.0, SIZES.duration)
+    straight = fields(one, T_f=1e-4, r_f=0.0)
+    assert 0.0 < straight["drift_rate"] * SIZES.duration < 1e-5
+    assert fields(one, T_f=0.0, r_f=50.0)["drift_span"] == 0.0
 
 
 def test_an_open_bridge_shows_the_constant_of_the_back_emf() -> None:

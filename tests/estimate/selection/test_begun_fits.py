@@ -107,8 +107,9 @@ def test_terms_begin_at_their_part_of_the_scale_beside_the_six(
     assert made.first
     assert made.planned[0]["V_b"] == found.start["V_b"]
     assert made.planned[1] == [0.5]
-    assert set(made.known) == {"i_b", "w_s", "i_K", "i_L", "t_e", "per_C_w", "k_w", "w_R"}
+    assert set(made.known) == {"i_b", "w_s", "i_K", "i_L", "t_e", "per_C_w", "k_w", "w_R", "r_f"}
     assert made.known["w_R"] == (0.0, 0.5 * 400.0)
+    assert made.known["r_f"] == (0.0, 5.0 / 0.5)
 
 
 def test_what_is_held_is_not_searched_and_a_start_goes_before_a_part(

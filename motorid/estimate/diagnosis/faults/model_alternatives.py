@@ -18,6 +18,7 @@ from motorid.estimate.diagnosis.fault import (
 )
 from motorid.estimate.effects.brush_and_heating import BEND, DROP, WARMING
 from motorid.estimate.effects.friction.friction_by_direction import FRICTION_BY_DIRECTION
+from motorid.estimate.effects.friction.friction_drift import FRICTION_DRIFT
 from motorid.estimate.effects.friction.load_friction import LOAD_FRICTION
 from motorid.estimate.effects.friction.quadratic_friction import QUADRATIC_FRICTION
 from motorid.estimate.effects.iron.armature_reaction import ARMATURE_REACTION
@@ -33,7 +34,8 @@ Floats = NDArray[np.float64]
 
 def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
     """A winding that warms up, a brush drop, friction that bends with speed, with the direction or
-    with the load, R that rises with speed, K and L that fall with the current, currents in iron.
+    with the load, or changes with time, R that rises with speed, K and L that fall with the
+    current, currents in iron.
     """
     volts = max(float(np.abs(r.volts).max()) for r in records)
     bend = min(QUADRATIC_FRICTION.scale(r) for r in records)
@@ -53,8 +55,10 @@ def _of_fitted(records: Sequence[MotorRecord]) -> list[Hypothesis]:
         return []
     reaction = min(ARMATURE_REACTION.scale(r) for r in records)
     rise = min(COMMUTATION_RESISTANCE.scale(r) for r in records)
+    friction = min(FRICTION_DRIFT.scale(r) for r in records)
     return [
         _guard("commutation_resistance", acting(COMMUTATION_RESISTANCE), 0.01 * rise, rise, 0.0),
+        _guard("friction_drifts", acting(FRICTION_DRIFT), 0.1 * friction, friction),
         _guard("armature_reaction", acting(ARMATURE_REACTION), 0.01 * reaction, reaction, 0.0),
         _guard("saturation", acting(SATURATION), 0.1, 0.9, 0.0),
         _guard("eddy_currents", acting(EDDY_CURRENTS), 0.1, 0.9, 0.0),
