@@ -130,6 +130,7 @@ CAPTURED = (
     # lines of the budget by what is usual, as far as the readings leave them open
     LOAD_FRICTION,
     WINDAGE,
+    FRICTION_DRIFT,
     ARMATURE_REACTION,
     COMMUTATION_RESISTANCE,
     SATURATION,
@@ -156,7 +157,6 @@ ADDED = (
     SUPPLY_PATH,
     QUADRATIC_FRICTION,
     FRICTION_BY_DIRECTION,
-    FRICTION_DRIFT,
     # of wider models
     INITIAL_WARMTH,
     COGGING_PHASE,

@@ -29,7 +29,7 @@ BY_SQUARE = {q.name for q in SECOND_ORDER.values()}  # no slope where they are n
 BY_OTHERS = {
     "ripple of K", "ripple of R", "cogging torque", "encoder error", "current offset while driven",
     "speed filter", "speed dead band", "missed counts", "supply path", "quadratic friction",
-    "friction by direction", "friction drift", "friction ripple", "current coupling",
+    "friction by direction", "friction ripple", "current coupling",
     "common mode of the current",
     "sag of the reference", "voltage noise", "PWM ripple", "ambient temperature", "self-heating",
     "copper coefficient", "magnets' coefficient",

@@ -15,12 +15,13 @@ from motorid.estimate.effects import scales
 from motorid.estimate.effects.action import MotorParameter, Setup
 from motorid.estimate.effects.influence_quantity import (
     InfluenceQuantity,
+    Prior,
     Scope,
     Subject,
     Use,
-    undeclared,
 )
 
+USUAL = 0.03  # of T0, in a second or longer; in less time less: standard, stated by nobody
 STRAIGHT = 1e-6  # of its rate over the capture: it goes by a straight line
 
 
@@ -30,22 +31,30 @@ class FadingFriction(MotorParameter):
 
     def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
         super().__call__(setup, subject, place, size)
-        duration = subject.timeline.count * subject.timeline.period_s
+        duration = _duration_s(subject)
         setup.motor["drift_span"], setup.motor["drift_rate"] = duration, STRAIGHT / duration
 
 
-def _scale(subject: Subject) -> float:
-    """N·m: the friction at the speed that the highest voltage would give."""
-    return 1.0 if subject.judged_at is None else scales.friction(subject)
+def _duration_s(subject: Subject) -> float:
+    return float(subject.timeline.count * subject.timeline.period_s)
+
+
+def _prior(subject: Subject, _: int) -> Prior | None:
+    """Of a motor that has dry friction."""
+    if subject.judged_at is None or not float(subject.judged_at[5]) > 0.0:
+        return None
+    return Prior(USUAL * min(_duration_s(subject), 1.0) * float(subject.judged_at[5]))
 
 
 FRICTION_DRIFT = InfluenceQuantity(
     name="friction drift",
     unit="N·m",
     scope=Scope.MOTOR,
-    use=Use.TESTED,
+    use=Use.UNDETECTED,
     acts=(FadingFriction("drift"),),
-    prior=undeclared,
-    scale=_scale,
-    remedy="let the motor run before the capture, or fit it: --model friction-drift",
+    prior=_prior,
+    scale=scales.friction,
+    remedy="let the motor run before the capture, or drive the first level once more at its end",
+    step=1e-4,
+    term="friction-drift",
 )

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -24,3 +27,19 @@ def test_it_slows_the_first_part_of_a_run_as_more_dry_friction_and_the_last_hard
     assert share[0] == pytest.approx(1.0, abs=0.3)
     assert (np.diff(share[:: len(share) // 8]) < 0.0).all()
     assert 0.3 < share[-1] < 0.8
+
+
+@pytest.mark.parametrize(("duration_s", "share"), [(0.1, 0.003), (1.0, 0.03), (20.0, 0.03)])
+def test_a_second_or_more_may_change_dry_friction_by_three_per_cent(
+    duration_s: float, share: float
+) -> None:
+    timeline = SimpleNamespace(count=1000, period_s=duration_s / 1000)
+
+    def judged(T0: float) -> Any:
+        motor = np.array([2.0, 1e-3, 0.05, 4e-5, 2e-5, T0])
+        return SimpleNamespace(timeline=timeline, judged_at=motor)
+
+    prior = FRICTION_DRIFT.prior(judged(6e-3), 0)
+    assert prior is not None
+    assert (prior.sd, prior.mean) == (pytest.approx(share * 6e-3), 0.0)
+    assert FRICTION_DRIFT.prior(judged(0.0), 0) is None
