@@ -11,7 +11,9 @@ import numpy as np
 
 from motorid.capture.model import CURRENT
 from motorid.estimate.effects.bridge.terminal_load import TERMINAL_LOAD
+from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Use
 from motorid.estimate.effects.loaded_motor import loaded
+from motorid.estimate.effects.registry import used
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS, Parameter, Suspect
 from motorid.estimate.solver.problem import Solution
@@ -36,14 +38,23 @@ def suspects(undetected: Sequence[Undetected], solution: Solution) -> tuple[Susp
         worth.sort(key=lambda name: -abs(round(moves[name], PLACES)))  # as they are printed
         said = [f"{name} by {moves[name]:+.1%}" for name in worth]
         if said:
-            name = one.quantity.name
+            name, code = one.quantity.name, _code(one.quantity)
             evidence = (
                 f"these data cannot reveal {name}: its usual size would change "
                 f"{', '.join(said)}, and the intervals do not include that"
             )
-            code = name.replace(" ", "_")
             out.append(Suspect(code, name, evidence, one.quantity.remedy, "not excluded"))
     return tuple(out)
+
+
+def beside(found: Sequence[Suspect], terms: Sequence[str]) -> tuple[Suspect, ...]:
+    """Those of ``found`` that no model with these terms shows."""
+    shown = {_code(q) for q in used(Use.UNDETECTED) if q.term in terms}
+    return tuple(s for s in found if s.code not in shown or s.strength != "not excluded")
+
+
+def _code(quantity: InfluenceQuantity) -> str:
+    return quantity.name.replace(" ", "_")
 
 
 def terminal_load(

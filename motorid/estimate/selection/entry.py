@@ -11,6 +11,7 @@ from dataclasses import replace
 
 from motorid.capture.model import Capture
 from motorid.errors import DataError
+from motorid.estimate.assembly import untold
 from motorid.estimate.assembly.assemble import answered
 from motorid.estimate.assembly.covering import covering, excluded
 from motorid.estimate.assembly.doubt import settled
@@ -393,6 +394,7 @@ def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
         )  # fmt: skip
         estimate = settled(estimate, [said])
         if cooling_winding.explained(better.nuisance, better.parameters):
-            others = [d for d in estimate.diagnostics if d.code != cooling_winding.CODE]
-            estimate = replace(estimate, diagnostics=tuple(others))
-    return replace(estimate, diagnostics=(said, *estimate.diagnostics))
+            rest = [d for d in estimate.diagnostics if d.code != cooling_winding.CODE]
+            estimate = replace(estimate, diagnostics=tuple(rest))
+    others = untold.beside(estimate.suspects, better.terms)
+    return replace(estimate, diagnostics=(said, *estimate.diagnostics), suspects=others)
