@@ -11,6 +11,7 @@ import numpy as np
 
 from motorid.capture.model import Capture
 from motorid.capture.store import describe
+from motorid.estimate.assembly import untold
 from motorid.estimate.effects.source.voltage_gain import VOLTAGE_GAIN
 from motorid.estimate.partial.mechanical_remarks import of_captures
 from motorid.estimate.partial.mechanical_results import (
@@ -191,7 +192,8 @@ def opened(
         parameters |= _by_constants(whole, known, fix)
     parameters |= {name: fixed(name, UNITS[name], value) for name, value in fix.items()}
     said = [_shown(one) for one in found.diagnostics if one.code not in OF_PARAMETERS]
-    suspects = [_shown(one) for one in found.suspects]
+    suspects = [_shown(one) for one in found.suspects if not untold.is_of_effect(one)]
+    suspects += untold.suspects(whole.found.undetected, whole.found.solution, _changes)
     lags = [one for one in suspects if one.allowed and one.code.endswith("_lag")]
     return replace(
         found,
@@ -238,6 +240,12 @@ def _shown(one: Finding) -> Finding:
     return replace(one, moves={SHOWN.get(n, n): move for n, move in one.moves.items()})
 
 
+def _changes(moves: Mapping[str, float]) -> dict[str, float]:
+    """Relative changes of the combinations by those of the parameters, to first order."""
+    J, K, T0 = (moves.get(name, 0.0) for name in ("J", "K", "T0"))
+    return {CONSTANT: J - 2.0 * K, GAIN: -K, FRICTION: T0 - K}
+
+
 def _unstated(lag: Suspect) -> Diagnostic:
     """A delay of a log of which nobody stated one is no fault."""
     return Diagnostic(
@@ -254,15 +262,15 @@ def _not_stated(found: Estimate, command: bool) -> dict[str, dict[str, float]]:
     for gain, moves in found.not_stated.items():
         if command and gain == VOLTAGE_GAIN.name:
             continue  # its scale is that of the answer
-        share = {n: moves.get(n, 0.0) / value[n] for n in SHOWN}
-        both = {
-            CONSTANT: (share["J"] - 2.0 * share["K"], value["J"] / value["K"] ** 2),
-            GAIN: (-share["K"], 1.0 / value["K"]),
-            FRICTION: (share["T0"] - share["K"], value["T0"] / value["K"]),
+        changes = _changes({n: moves.get(n, 0.0) / value[n] for n in SHOWN})
+        whole = {
+            CONSTANT: value["J"] / value["K"] ** 2,
+            GAIN: 1.0 / value["K"],
+            FRICTION: value["T0"] / value["K"],
         }
         out[gain] = {
-            name: part * whole
-            for name, (part, whole) in both.items()
-            if math.isfinite(whole) and abs(part) > LEAST
+            name: part * whole[name]
+            for name, part in changes.items()
+            if math.isfinite(whole[name]) and abs(part) > LEAST
         }
     return out

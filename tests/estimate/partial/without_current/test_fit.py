@@ -38,6 +38,11 @@ def test_a_staircase_tells_more_by_its_likelihood_than_by_a_balance() -> None:
         assert (told.total or math.inf) < (before.total or 0.0) / 2.0, name
     assert found.parameters["R"].status is Status.NOT_IDENTIFIABLE
     assert not [one for one in found.suspects if one.strength == "named"]  # half a row is no fault
+    hidden = [
+        one.evidence for one in found.suspects if "its usual size would change" in one.evidence
+    ]
+    assert any("would change JR/(K²+RB) by" in said for said in hidden)
+    assert not [said for said in hidden if " J by" in said or " K by" in said]
 
 
 @pytest.mark.slow
