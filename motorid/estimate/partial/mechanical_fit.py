@@ -35,6 +35,7 @@ from motorid.estimate.partial.block_bootstrap_regression import (
     choose_width,
     solve,
 )
+from motorid.estimate.partial.levels import one_level, steady_speeds
 from motorid.estimate.partial.mechanical_signals import (
     COASTING,
     FEWEST_SAMPLES,
@@ -84,6 +85,8 @@ def fit(
     if not captures:
         raise DataError("no capture was given: nothing to fit")
     if steady_state_table.suits(captures):
+        if steady_speeds.suits(captures):
+            return steady_speeds.fit(captures, known)
         return steady_state_table.fit(captures, fix=known)
     if all(open_circuit_coastdown.is_tachometer(capture) for capture in captures):
         return _by_voltage(captures, known, without)
@@ -96,6 +99,7 @@ def fit(
             found if len(moving) == len(captures) else _beside(found, len(captures) - len(moving))
         )
     motions = [of_capture(capture, drive) for capture in moving]
+    one_level.refuse(motions)
     wanted, values = _wanted(motions, drive, known, without)
     best = _regress(motions, wanted, values)
     if best is None:
@@ -119,7 +123,9 @@ def fit(
         findings = (mechanical_remarks.standing_still(len(captures) - len(moving)), *findings)
 
     def told(found: Regression) -> Estimate:
-        return mechanical_results.estimate(moving, motions, found, drive, known, without, findings)
+        estimate = mechanical_results.estimate
+        balance = estimate(moving, motions, found, drive, known, without, findings)
+        return one_level.settled(balance, drive)
 
     if square.wider is None:
         return told(best)
