@@ -21,7 +21,9 @@ from motorid.estimate.partial.mechanical_results import (
     unknown,
 )
 from motorid.estimate.partial.mechanical_signals import COMMAND, drive_of
+from motorid.estimate.partial.without_current import wording
 from motorid.estimate.partial.without_current.likelihood import Whole
+from motorid.estimate.partial.without_current.wording import CONSTANT, FRICTION, GAIN, WINDING
 from motorid.estimate.results.estimate import (
     PARAMETERS,
     UNITS,
@@ -35,9 +37,9 @@ from motorid.estimate.uncertainty import intervals
 from motorid.estimate.uncertainty.unstated_gains import LEAST
 from motorid.motor.parameters import Motor, mechanical_time_constant
 
-CONSTANT, GAIN, FRICTION, WINDING = "JR/(K²+RB)", "K/(K²+RB)", "T0·R/K", "L/R"
 SHOWN = {"K": GAIN, "J": CONSTANT, "T0": FRICTION}  # what the parameters of that scale show as
 TIME = "mechanical time constant"
+DROPS = "with what a bridge drops, if the volts are not the motor's own"
 EITHER = "L/R counts in it if it is the winding's, not if it is a filter's"
 MODEL = "v = JR/K dω/dt + (K + RB/K) ω + T0 R/K sign(ω), and L/R"
 OF_PARAMETERS = ("budget", "voltage_readings", "coarse_readings")  # remarks of all six
@@ -70,7 +72,7 @@ def combinations(whole: Whole, volt: str) -> dict[str, Parameter]:
     known = (
         constant,
         Combination(GAIN, f"rad/s/{volt}", "gain, speed for drive", _gain, {"K": -1.0}),
-        Combination(FRICTION, volt, "", _friction, {"T0": 1.0, "K": -1.0}),
+        Combination(FRICTION, volt, DROPS, _friction, {"T0": 1.0, "K": -1.0}),
     )
     out = {one.name: _told(whole, one, more if one is constant else 0.0) for one in known}
     if told:
@@ -190,8 +192,15 @@ def opened(
     if {"K", "R"} <= fix.keys() and not command:
         parameters |= _by_constants(whole, known, fix)
     parameters |= {name: fixed(name, UNITS[name], value) for name, value in fix.items()}
-    said = [_shown(one) for one in found.diagnostics if one.code not in OF_PARAMETERS]
-    suspects = [_shown(one) for one in found.suspects]
+    said = [
+        replace(_shown(one), message=wording.shown(one.message, command))
+        for one in found.diagnostics
+        if one.code not in OF_PARAMETERS
+    ]
+    suspects = [
+        replace(_shown(one), evidence=wording.shown(one.evidence, command))
+        for one in found.suspects
+    ]
     lags = [one for one in suspects if one.allowed and one.code.endswith("_lag")]
     return replace(
         found,
