@@ -80,6 +80,8 @@ def signs_of(drive: Floats, speed: Floats) -> Floats | None:
         if driven[start] and abs(last) > TURNS * top:
             signs[start:stop] = np.sign(last)
     counted = driven & turning
+    if len(np.unique(signs[driven])) < 2:
+        return None  # a few readings of a sensor that errs
     if float(np.mean((signs * speed > 0)[counted])) < AGREE or not _explains(*np.array(ends).T):
         return None
     return signs

@@ -129,7 +129,7 @@ def fit(
 
     if square.wider is None:
         return told(best)
-    return square_of_speed.named(told(best), told(timing.of(square.wider)))
+    return square_of_speed.named(told(best), told(timing.of(square.wider)), drive)
 
 
 def _beside(found: Estimate, still: int) -> Estimate:

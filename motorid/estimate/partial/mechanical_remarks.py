@@ -12,7 +12,7 @@ from motorid.capture.model import VOLTAGE, Capture
 from motorid.estimate.diagnosis import identifiability
 from motorid.estimate.partial.block_bootstrap_regression import Regression
 from motorid.estimate.partial.mechanical_signals import COMMAND, Motion, drive_of
-from motorid.estimate.partial.modulating_functions import SHAPES
+from motorid.estimate.partial.modulating_functions import COASTING_PWM, SHAPES, SQUARED
 from motorid.estimate.results.estimate import Diagnostic
 
 Floats = NDArray[np.float64]
@@ -107,19 +107,20 @@ def _lack_of_fit(motions: Sequence[Motion], best: Regression) -> list[Diagnostic
     unit, drive = motions[0].drive_unit, motions[0].drive_name.replace("_", " ")
     mean = float(np.sqrt(np.mean((best.residual / best.rows.weight) ** 2)))
     times = f"{actual / expected:.2g} times" if expected else "above"
+    suspect = _suspect(best, motions[0].drive_name)
     return [
         Diagnostic(
             "lack_of_fit",
             "warning",
             f"Lack of fit: the {drive} that the model leaves unexplained "
             f"({mean:.3g} {unit} rms over {best.half_width_s:.3g} s) is {times} what the noise of "
-            f"the readings gives. {_suspect(best)} The intervals are from the scatter between "
+            f"the readings gives. {suspect} The intervals are from the scatter between "
             "stretches of motion and from the choice of bandwidth, and so include it.",
         )
     ]
 
 
-def _suspect(best: Regression) -> str:
+def _suspect(best: Regression, drive: str) -> str:
     """The further friction term that explains most of the residual, if it explains much."""
     matrix, total = best.rows.matrix[:, best.free], float(best.residual @ best.residual)
     gains = []
@@ -134,7 +135,8 @@ def _suspect(best: Regression) -> str:
             "No simple friction term explains it: suspect a load or friction that depends on "
             "position, compliance, or a delay."
         )
-    return f"Suspect: {SHAPES[most]}, which would explain {100 * gains[most]:.0f} % of it."
+    also = COASTING_PWM if SHAPES[most] == SQUARED and drive in (VOLTAGE, COMMAND) else ""
+    return f"Suspect: {SHAPES[most]}{also}, which would explain {100 * gains[most]:.0f} % of it."
 
 
 def _slow_sampling(motions: Sequence[Motion]) -> list[Diagnostic]:

@@ -12,8 +12,9 @@ from motorid.errors import DataError
 from motorid.estimate.partial import mechanical_fit, mechanical_remarks, step_response
 from motorid.estimate.partial.mechanical_signals import stands_still
 from motorid.estimate.partial.without_current import coasts
-from motorid.estimate.partial.without_current.combinations import CONSTANT, FRICTION, GAIN, opened
+from motorid.estimate.partial.without_current.combinations import opened
 from motorid.estimate.partial.without_current.likelihood import Better, Whole, whole
+from motorid.estimate.partial.without_current.wording import CONSTANT, FRICTION, GAIN
 from motorid.estimate.results.estimate import Diagnostic, Estimate, Parameter
 
 
