@@ -347,3 +347,16 @@ def test_a_time_whose_first_stamp_is_stale_is_one(tmp_path: Path) -> None:
     table = STEPS.copy()
     table[0, 0] = 7.4
     assert any(m.startswith("time=t:") for m in of(tmp_path, "t,pwm,rpm", table).maps)
+
+
+@pytest.mark.parametrize(
+    ("most", "share"), [(0.8, "pwm*vbat"), (90.0, "pwm/100*vbat"), (200.0, "pwm/255*vbat")]
+)
+def test_a_duty_and_a_supply_make_a_voltage(tmp_path: Path, most: float, share: str) -> None:
+    table = np.column_stack([STEPS, np.full(60, 11.4) - 0.01 * (np.arange(60) % 3)])
+    table[:, 1] *= most / 2.8
+    found = of(tmp_path, "t_s,pwm,rpm,vbat", table)
+    assert any(f"--map voltage={share}:V makes it" in said for said in found.remarks)
+    (whole,) = [m for m in found.maps if m.startswith("supply_voltage")]
+    made = of(tmp_path, "t_s,pwm,rpm,vbat", table, of_maps((f"voltage={share}:V", whole)))
+    assert not any("makes it" in said for said in made.remarks)

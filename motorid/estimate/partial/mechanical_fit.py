@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, TORQUE, Capture
+from motorid.capture.model import CURRENT, SUPPLY, TORQUE, VOLTAGE, Capture
 from motorid.errors import DataError, UsageError
 from motorid.estimate.effects.source.voltage_gain import VOLTAGE_GAIN
 from motorid.estimate.partial import (
@@ -65,7 +65,8 @@ def suits(captures: Sequence[Capture]) -> bool:
 
 def _is_electrical(capture: Capture) -> bool:
     names = set(capture.channels)
-    return CURRENT in names and bool(names & {"terminal_voltage", "supply_voltage"})
+    volts = {VOLTAGE} if capture.program is None else {VOLTAGE, SUPPLY}  # whose duty is known
+    return CURRENT in names and bool(names & volts)
 
 
 def fit(

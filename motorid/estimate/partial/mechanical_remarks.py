@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import VOLTAGE, Capture
+from motorid.capture.model import SUPPLY, VOLTAGE, Capture
 from motorid.estimate.diagnosis import identifiability
 from motorid.estimate.partial.block_bootstrap_regression import Regression
 from motorid.estimate.partial.mechanical_signals import COMMAND, Motion, drive_of
@@ -37,7 +37,7 @@ def find(
 
 def of_captures(captures: Sequence[Capture]) -> tuple[Diagnostic, ...]:
     """What these channels can tell at best, what import noticed, and gains nobody declared."""
-    found = [_knowable(captures[0])]
+    found = [_knowable(captures[0]), *_duty(captures)]
     notes = dict.fromkeys(note for c in captures for note in c.provenance.get("notes", ()))
     found += [Diagnostic("import", "info", f"On import: {note}.") for note in notes]
     if not any(c.gain_uncertainty for capture in captures for c in capture.channels.values()):
@@ -50,6 +50,19 @@ def of_captures(captures: Sequence[Capture]) -> tuple[Diagnostic, ...]:
             )
         )
     return tuple(found)
+
+
+def _duty(captures: Sequence[Capture]) -> Iterator[Diagnostic]:
+    """That a command and a supply may make the motor's voltage."""
+    names = set.intersection(*(set(capture.channels) for capture in captures))
+    if VOLTAGE in names or not {COMMAND, SUPPLY} <= names:
+        return
+    yield Diagnostic(
+        "duty_and_supply", "info",
+        "The log holds a supply voltage and a command, and no voltage of the motor. If the command "
+        "is the duty of a bridge, import their product: --map voltage=COMMAND/FULL*SUPPLY:V, with "
+        "the names of both columns, and for FULL the command at full duty, such as 255.",
+    )  # fmt: skip
 
 
 def standing_still(count: int) -> Diagnostic:

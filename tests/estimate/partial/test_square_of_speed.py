@@ -153,4 +153,4 @@ def test_values_that_a_wider_balance_does_not_know_may_be_anything() -> None:
     assert (said.code, said.moves, said.sides) == ("better_model", {"J/K": math.inf}, {})
     assert found.combinations["J/K"].status is Status.DOUBTFUL
     assert found.combinations["B/K"] == plain.combinations["B/K"]
-    assert module.named(plain, plain) is plain
+    assert module.named(plain, plain, "current") is plain
