@@ -321,10 +321,13 @@ def _findings(
         if step.after:
             yield Diagnostic(
                 "after_the_step", "info",
-                f"{step.after} readings at the end{where}, after the drive had left its level, are "
-                "not used",
+                f"{_readings(step.after)} not used: the drive had left its level at the end{where}",
             )  # fmt: skip
     yield from mechanical_remarks.of_captures([step.capture for step in found])
+
+
+def _readings(count: int) -> str:
+    return "one reading is" if count == 1 else f"{count} readings are"
 
 
 def _speed_unit(found: Sequence[Step]) -> str:

@@ -26,6 +26,7 @@ DRIVES = (VOLTAGE, "command")
 SIDE = 3  # readings on either side, whose median is the motion's
 SCATTER, STEPS = 10.0, 3.0  # times the usual departure from that median, and steps of the speed
 FAR, BULK = 0.2, (1.0, 99.0)  # of what the medians span, in per cent of them
+FEWEST = 12  # departures, of which fewer may be spikes alone
 CHANGE = 0.1  # of what the drive spans: a pulse
 LARGER = 1.5  # times the highest speed: no pulse of the drive
 MOST = 0.25  # of the readings: of more the median is none of the motion's
@@ -63,7 +64,7 @@ def find(capture: Capture) -> Bools:
     motion = running_median(values, SIDE)
     off = np.abs(values - motion)
     low, high = np.percentile(motion, BULK)
-    least = max(SCATTER * float(np.median(off)), STEPS * speed.resolution, FAR * float(high - low))
+    least = max(_usual(off), STEPS * speed.resolution, FAR * float(high - low))
     beyond = (values > high + least) | (values < low - least)
     beyond |= CURRENT not in capture.channels
     huge = np.abs(values) > LARGER * float(np.abs(motion).max())
@@ -71,6 +72,15 @@ def find(capture: Capture) -> Bools:
     if found.any() and float(np.mean(found)) <= MOST:
         spikes[known[found]] = True
     return spikes
+
+
+def _usual(off: Floats) -> float:
+    """Departures from the median that noise or counts make: most readings that are counts agree
+    with it, and the others differ by one count or two.
+    """
+    some = off[off > 0.0]
+    counts = STEPS * float(np.median(some)) if len(some) >= FEWEST else 0.0
+    return max(SCATTER * float(np.median(off)), counts)
 
 
 def _pulsed(capture: Capture) -> Bools:
@@ -86,9 +96,12 @@ def _pulsed(capture: Capture) -> Bools:
 def _said(speed: Channel, found: Bools, where: str) -> Suspect:
     count = int(found.sum())
     readings = f"{count} readings" if count > 1 else "one reading"
-    largest = float(np.abs(speed.values[found]).max())
+    known = np.isfinite(speed.values)
+    values = speed.values[known]
+    farthest = float(np.abs(values - running_median(values, SIDE))[found[known]].max())
     evidence = (
-        f"{readings} of the speed{where} ({100.0 * count / len(found):.2g} % of them) stand alone, "
-        f"up to {largest:.3g} {speed.unit}, where no inertia turns so fast; the fit leaves them out"
+        f"{readings} of the speed{where} ({100.0 * count / len(found):.2g} % of all) stand alone, up "
+        f"to {farthest:.3g} {speed.unit} from those around, which no inertia follows; the fit "
+        "leaves them out"
     )
     return Suspect("spikes", "speed", evidence, ACTION, "named", allowed=True)

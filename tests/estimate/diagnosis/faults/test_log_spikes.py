@@ -71,3 +71,13 @@ def test_readings_of_which_many_are_spikes_stay(share: float, some: bool) -> Non
     speed = np.full(len(TIME), 300.0) + NOISE
     speed[places] = 3000.0
     assert log_spikes.find(log(speed, np.full(len(TIME), 8.0))).any() == some
+
+
+def test_two_counts_less_than_usual_are_no_spike() -> None:
+    """Ten counts an interval, now and then nine, once eight: a fifth of the range."""
+    counts = np.where(np.arange(len(TIME)) % 4, 10.0, 9.0)
+    counts[:100] = 0.0
+    counts[200] = 8.0
+    assert not log_spikes.find(log(5.2 * counts)).any()
+    counts[200] = 18.0
+    assert np.flatnonzero(log_spikes.find(log(5.2 * counts))).tolist() == [200]
