@@ -99,9 +99,9 @@ def _said(speed: Channel, found: Bools, where: str) -> Suspect:
     known = np.isfinite(speed.values)
     values = speed.values[known]
     farthest = float(np.abs(values - running_median(values, SIDE))[found[known]].max())
+    share = f"{100.0 * count / len(found):.2g} % of all"
     evidence = (
-        f"{readings} of the speed{where} ({100.0 * count / len(found):.2g} % of all) stand alone, up "
-        f"to {farthest:.3g} {speed.unit} from those around, which no inertia follows; the fit "
-        "leaves them out"
+        f"{readings} of the speed{where} ({share}) stand alone, up to {farthest:.3g} {speed.unit} "
+        "from those around, which no inertia follows; the fit leaves them out"
     )
     return Suspect("spikes", "speed", evidence, ACTION, "named", allowed=True)
