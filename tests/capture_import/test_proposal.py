@@ -360,3 +360,11 @@ def test_a_duty_and_a_supply_make_a_voltage(tmp_path: Path, most: float, share: 
     (whole,) = [m for m in found.maps if m.startswith("supply_voltage")]
     made = of(tmp_path, "t_s,pwm,rpm,vbat", table, of_maps((f"voltage={share}:V", whole)))
     assert not any("makes it" in said for said in made.remarks)
+
+
+def test_a_command_belongs_to_the_motor_whose_speed_was_chosen(tmp_path: Path) -> None:
+    two = np.column_stack([STEPS, STEPS[:, 1:] + 1.0])
+    head = "t_s,left_pwm,left_rpm,right_pwm,right_rpm"
+    for side in ("left", "right"):
+        found = of(tmp_path, head, two, of_maps((f"speed={side}_rpm:rpm",)))
+        assert f"command={side}_pwm:1" in found.maps

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from motorid.capture import quadrature
 from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, TORQUE, VOLTAGE
 from motorid.capture.units import AMBIENT, COMMAND, SET_POSITION, SET_SPEED, TIME
-from motorid.workflow.proposal.naming import BY_UNIT, EXACT, Meaning, allowed
+from motorid.workflow.proposal.naming import BY_UNIT, EXACT, Meaning, allowed, words
 from motorid.workflow.proposal.question import Answer, Known, Question
 from motorid.workflow.proposal.seen import Seen, Table
 from motorid.workflow.proposal.time_base import evaluated, formula_of
-from motorid.workflow.proposal.vocabulary import INDEX, OTHER
+from motorid.workflow.proposal.vocabulary import INDEX, OTHER, QUANTITY_OF
 
 Floats = NDArray[np.float64]
 ORDER = (
@@ -101,6 +101,7 @@ def assign(table: Table, known: Known, time: str) -> Assigned:
         if not found:
             continue
         best = [c for c in found if c.meaning.strength == found[0].meaning.strength]
+        best = _of_the_same(best, picks) if len(best) > 1 else best
         if len(best) > 1 and quantity in NEEDED:
             questions.append(_which(quantity, best))
         elif len(best) > 1:
@@ -205,6 +206,18 @@ def _of(quantity: str, columns: Iterable[Seen]) -> list[Seen]:
     found = [c for c in columns if c.meaning.quantity == quantity]
     moving = [c for c in found if c.levels > 1] or found
     return sorted(moving, key=lambda c: (c.meaning.wanted, -c.meaning.strength))
+
+
+def _of_the_same(equals: list[Seen], picks: Mapping[str, Pick]) -> list[Seen]:
+    """The one whose name shares a word with that of the motion, as left_pwm with left_rpm; else all
+    of them.
+    """
+    motion = picks.get(SPEED) or picks.get(POSITION)
+    if motion is None or motion.column is None:
+        return equals
+    side = {word for word in words(motion.expression) if word not in QUANTITY_OF}
+    shared = [c for c in equals if side & set(words(c.name))]
+    return shared if len(shared) == 1 else equals
 
 
 def _constant_volts(candidates: Mapping[str, list[Seen]]) -> list[Seen]:
