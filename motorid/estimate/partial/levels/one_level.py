@@ -32,13 +32,17 @@ Floats = NDArray[np.float64]
 
 VARIES = 0.05  # of its mean, rms beside noise: less is one level
 CURRENT_VARIES = 0.01  # of a current or torque, which a constant source hardly sags by
-GAIN, FRICTION = "K/(K²+RB)", "T0·R/K"
+GAIN, FRICTION, WHOLE = "K/(K²+RB)", "T0·R/K", "(K−T0·R/V)/(K²+RB)"
 ONE = "friction and back-EMF cannot be separated: the log holds no two levels of the drive"
 RUN = "record a start from rest at one level, and a second level beside it"
 
 
+class OneLevelError(DataError):
+    """The drive is at one level wherever the motor turns."""
+
+
 def refuse(motions: Sequence[Motion]) -> None:
-    """Raises DataError where a drive is at one level wherever the motor turns."""
+    """Raises OneLevelError where a drive is at one level wherever the motor turns."""
     if motions[0].drive_name == COASTING:
         return
     driven = [_in_motion(motion) for motion in motions]
@@ -51,7 +55,7 @@ def refuse(motions: Sequence[Motion]) -> None:
     if spread > (VARIES if volts else CURRENT_VARIES) * abs(float(np.mean(signed))):
         return
     name = motions[0].drive_name.replace("_", " ")
-    raise DataError(
+    raise OneLevelError(
         f"the {name} stays near one level while the motor turns ({_percent(spread, signed)} about "
         "its mean). Friction and back-EMF cannot be separated at one level. "
         f"To separate them, {RUN}; or leave friction out by --without T0: the gain is then "
@@ -91,5 +95,29 @@ def settled(found: Estimate, drive: str) -> Estimate:
         not_stated={
             name: {n: move for n, move in moves.items() if n != FRICTION}
             for name, moves in found.not_stated.items()
+        },
+    )
+
+
+def as_one(frictionless: Estimate) -> Estimate:
+    """A fit without friction for what it is: its gain is the speed for the drive at this level."""
+    gain, friction = (frictionless.combinations[name] for name in (GAIN, FRICTION))
+    said = Diagnostic(
+        "one_level", "warning",
+        "the drive stays near one level while the motor turns, where friction and back-EMF cannot "
+        f"be separated: {WHOLE} is the speed for the drive at this level, and the time constant "
+        f"takes small changes of the drive to act by it. To separate them, {RUN}",
+    )  # fmt: skip
+    told = {n: p for n, p in frictionless.combinations.items() if n not in (GAIN, FRICTION)}
+    whole = replace(gain, name=WHOLE, note="steady speed for the drive")
+    unknowns = {p.name: unknown(p.name, p.unit, ONE) for p in (gain, friction)}
+    return replace(
+        frictionless,
+        combinations={**told, WHOLE: whole, **unknowns},
+        free=tuple(WHOLE if name == GAIN else name for name in frictionless.free),
+        diagnostics=(said, *frictionless.diagnostics),
+        not_stated={
+            cause: {WHOLE if n == GAIN else n: move for n, move in moves.items() if n != FRICTION}
+            for cause, moves in frictionless.not_stated.items()
         },
     )

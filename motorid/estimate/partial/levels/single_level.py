@@ -31,6 +31,9 @@ def level_of(time: Floats, drive: Floats) -> tuple[float, tuple[float, float] | 
         return None
     if float(np.std(drive[first:stop])) > CONSTANT * abs(level):
         return None
+    while_rising = float(np.mean(drive[first : first + FEWEST]))
+    if abs(while_rising - level) > CONSTANT * abs(level):
+        return None  # a controller's start, or a supply that sags: a long record hides it
     until_s = float(time[stop]) if stop < len(time) else np.inf
     if not first:
         return level, None, until_s
