@@ -20,6 +20,8 @@ DAY_S = 86400.0  # a time of day
 FOLLOWS = 2.5  # usual periods: a wrapped stamp follows the one before it within that
 FEWEST = 64  # rows of each run of a file
 ANEW = 10.0  # usual periods: a later run begins so near to the first stamp,
+MOST_STALE = 3  # rows that a logger writes before its clock is set
+FEWEST_BEHIND = 16  # rows that advance behind them
 BETWEEN = 10.0  # and is placed so long after the run before it
 
 
@@ -47,6 +49,30 @@ def continued(stamps: Floats, unit_s: float, notes: list[str]) -> Floats:
         "run of the same motor, behind a pause"
     )
     return _behind(stamps, back, BETWEEN * usual - steps[back])
+
+
+def stale(stamps: Floats) -> int:
+    """Rows at the start whose stamps are from before the clock was set to zero: all others advance,
+    from below those. 0: there are none.
+    """
+    steps = np.diff(stamps)
+    back = np.flatnonzero(~(steps > 0.0))
+    if len(stamps) < FEWEST_BEHIND or len(back) != 1 or back[0] >= MOST_STALE:
+        return 0
+    return int(back[0]) + 1 if steps[back[0]] < 0.0 else 0
+
+
+def without_stale(stamps: Floats, unit_s: float, notes: list[str]) -> int:
+    """How many ``stale`` rows to leave out, with a note; none where a counter has wrapped."""
+    count = stale(stamps)
+    if not count or continued(stamps, unit_s, []) is not stamps:
+        return 0
+    rows = "row" if count == 1 else f"{count} rows"
+    notes.append(
+        f"the first {rows} left out: stamped {stamps[0]:.10g}, before the clock was set to "
+        f"{stamps[count]:.10g}"
+    )
+    return count
 
 
 def _times(count: int) -> str:

@@ -127,7 +127,7 @@ class CsvSource:
             filled = [cell for cell in row if cell]
             is_units = len(header) > 1 and are_units(filled)
             for column, cell in enumerate(row[: self._width]):  # one more may end the line
-                cell = cell.lstrip("#%/ ") if not column else cell
+                cell = _unmarked(cell, column)
                 unit = unit_cell(cell)
                 if unit and (is_units or "(" in cell or "[" in cell):
                     units.setdefault(column, unit)
@@ -150,7 +150,8 @@ class CsvSource:
             of_column.setdefault(column, []).append(name)
         for column in range(self._width):
             near = header[-_NEAR:]  # above them stand an instrument's settings
-            said = tuple(row[column] for row in near if column < len(row) and row[column])
+            cells = (_unmarked(row[column], column) for row in near if column < len(row))
+            said = tuple(cell for cell in cells if cell)
             mine = of_column[column]
             names = [cell for cell in said if cell in mine] or mine
             words = [name for name in names if not only_unit(name)]
@@ -221,6 +222,11 @@ class CsvSource:
             f"{self._path}: line {line} has {found[3]} cells where the first data line has "
             f"{self._width}: repair that line, or give --separator"
         )
+
+
+def _unmarked(cell: str, column: int) -> str:
+    """A cell of a header without the mark of a comment that begins its line."""
+    return cell if column else cell.lstrip("#%/ ")
 
 
 def _cells(line: str, separator: str) -> list[str]:

@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 
 from motorid.capture import table_checks as checks
 from motorid.capture.columns import Columns, Source
+from motorid.capture.continued_stamps import without_stale
 from motorid.capture.declared import drift, without_early_readings
+from motorid.capture.drive_sign import with_sign
 from motorid.capture.facts import IMPORTED, kept
 from motorid.capture.formats import source_of
 from motorid.capture.mapping import ROW, ChannelMap, Formula, parse_maps
@@ -74,11 +76,14 @@ def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture
     }
     ambient, doubt = _ambient(values.get(AMBIENT), chosen)
     held = {} if static else checks.held_samples(channels)
+    channels = checks.with_magnitudes(channels, notes)
+    if not static:
+        channels = with_sign(channels, clock.ticks / clock.hz, notes)
     capture = Capture(
         ticks=clock.ticks,
         clock_hz=clock.hz,
         clock_uncertainty=clock.uncertainty,
-        channels=checks.with_magnitudes(channels, notes),
+        channels=channels,
         wiring=Wiring(
             gear_ratio=chosen.gear_ratio,
             counts_per_turn=chosen.counts_per_turn,
@@ -191,6 +196,8 @@ def _in_order(
     if np.ptp(time_s) * CLOCK_HZ >= 2**62:
         raise DataError(f"{path}: the time column spans {np.ptp(time_s):g} s: is its unit right?")
     del time_s
+    early = without_stale(stamps[inside], unit_s, notes)
+    inside[np.flatnonzero(inside)[:early]] = False
     stamps = stamps if inside.all() else stamps[inside]
     values = _chosen(inside, {n: column for n, column in values.items() if n != TIME})
     clock = clock_of(path, source, stamps, unit_s, values, chosen.drop_bad, notes)

@@ -27,6 +27,7 @@ FEW = 0.05  # of the rows: where more repeat a stamp, stamps were rounded
 SLOW_S = 1.0  # a period beyond this hardly shows a motor's dynamics
 FEWEST_ONE_WAY = 5  # readings
 FAST = 0.2  # of the largest voltage or speed: the motor is driven, or turns, that way
+NOISE = 0.1  # of a magnitude's usual reading: below zero by so little, it is noise
 STOPPED = 0.1  # of the usual speed forward: below it the motor may have stopped to turn
 
 
@@ -219,16 +220,16 @@ def _is_magnitude(channel: Channel, way: Channel, after_rest: bool = False) -> b
         return False
     known = np.isfinite(channel.values) & np.isfinite(way.values)
     values, ways = channel.values[known], way.values[known]
-    if values.min(initial=0.0) < 0:
-        return False
     fast = FAST * np.abs(ways).max(initial=0.0)
     forward, backward = values[ways > fast], values[ways < -fast]
     if after_rest and len(forward):
         least = STOPPED * float(np.median(forward))
         backward = values[_after_rest(values, ways < -fast, least)]
         backward = backward[backward > least]
-    few = min(len(forward), len(backward)) < FEWEST_ONE_WAY
-    return not few and bool(min(np.median(forward), np.median(backward)) > 0)
+    if min(len(forward), len(backward)) < FEWEST_ONE_WAY:
+        return False
+    least = float(min(np.median(forward), np.median(backward)))
+    return least > 0 and float(values.min(initial=0.0)) >= -NOISE * least
 
 
 def _after_rest(values: Floats, stretches: Bools, least: float) -> Bools:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motorid.capture.continued_stamps import continued
+from motorid.capture.continued_stamps import continued, stale, without_stale
 
 ROWS = np.arange(300.0)
 
@@ -59,3 +59,30 @@ def test_other_stamps_stay_as_they_are(shown: np.ndarray) -> None:
     notes: list[str] = []
     assert np.array_equal(continued(shown, 1e-3, notes), shown)
     assert notes == []
+
+
+@pytest.mark.parametrize(("early", "count"), [([7.4], 1), ([7.4, 7.41], 2), ([], 0)])
+def test_stamps_from_before_the_clock_was_set_are_stale(early: list[float], count: int) -> None:
+    stamps = np.concatenate([early, 0.02 + 0.02 * ROWS])
+    notes: list[str] = []
+    assert stale(stamps) == without_stale(stamps, 1.0, notes) == count
+    assert bool(notes) == bool(count)
+
+
+@pytest.mark.parametrize(
+    "stamps",
+    [
+        np.concatenate([[7.4, 7.41, 7.42, 7.43], 0.02 * ROWS]),  # a run of its own
+        np.concatenate([[7.4], 0.02 * ROWS[:10]]),  # too few rows to say
+        np.concatenate([[7.4], 0.02 * ROWS[:50], 0.02 * ROWS]),  # more than the start is wrong
+        np.concatenate([[0.0], 0.02 * ROWS]),  # a copy
+    ],
+)
+def test_other_stamps_that_do_not_advance_are_not_stale(stamps: np.ndarray) -> None:
+    assert stale(stamps) == 0
+
+
+def test_a_counter_that_wraps_in_its_first_rows_is_not_stale() -> None:
+    stamps = np.concatenate([[65534.0, 65535.0], ROWS])
+    assert stale(stamps) == 2
+    assert without_stale(stamps, 1e-3, []) == 0

@@ -171,3 +171,12 @@ def test_a_stretch_counts_from_its_rest_on(values: Any, backward: str, counted: 
     stretches = np.array([one == "b" for one in backward])
     found = checks._after_rest(np.array(values, dtype=float), stretches, 1.0)
     assert "".join("x" if one else "." for one in found) == counted
+
+
+@pytest.mark.parametrize(("least", "magnitude"), [(-0.029, True), (-0.031, False)])
+def test_noise_below_zero_leaves_a_magnitude(least: float, magnitude: bool) -> None:
+    speed = np.where(ROUGH < 0, -SPEEDS, SPEEDS)
+    current = np.full(14, 0.3)
+    current[7] = least  # at rest
+    names, _ = unsigned(**{SPEED: speed, CURRENT: current})
+    assert (names == [CURRENT]) is magnitude

@@ -48,6 +48,9 @@ def units(proposal: Proposal) -> dict[str, str]:
         ("omega_rad_s", "speed", "rad/s"),
         ("Drehzahl (U/min)", "speed", "rpm"),
         ("target_rpm", "set_speed", "rpm"),
+        ("setpoint_rad_s", "set_speed", "rad/s"),
+        ("control_V", "command", "V"),
+        ("left_rpm", "speed", "rpm"),
         ("m1setvel", "set_speed", ""),
         ("batteryVoltage", "supply_voltage", ""),
         ("U_soll", "terminal_voltage", ""),
@@ -302,3 +305,66 @@ def test_real_logs_are_proposed_right_or_asked_about(shared_data: Path) -> None:
     (current, speed) = bench.questions
     assert "mA" in {a.known.units["current"] for a in current.answers}
     assert "rad/s" in {a.known.units["speed"] for a in speed.answers}
+
+
+STEPS = np.column_stack([
+    0.02 * np.arange(60.0), np.repeat([1.5, 2.8, 1.5], 20), np.repeat([200.0, 400.0, 201.0], 20)
+])  # fmt: skip
+
+
+def test_an_output_without_a_name_is_asked_about(tmp_path: Path) -> None:
+    """t, u, y: --yes imported a voltage alone."""
+    found = of(tmp_path, "t,u,y", STEPS)
+    (question,) = found.questions
+    options = [answer.option for answer in question.answers]
+    assert options[:2] == ["--map speed=y:UNIT", "--map position=y:UNIT"]
+    said = of(tmp_path, "t,u,y", STEPS, of_maps(("speed=y:deg/s",)))
+    assert not said.questions
+    assert "voltage=u:V" in said.maps
+
+
+def test_volts_that_never_change_beside_a_command_are_left_out(tmp_path: Path) -> None:
+    table = np.column_stack([STEPS, np.full(60, 11000.0)])
+    found = of(tmp_path, "t_s,pwm,rpm,VTarget", table)
+    assert found.readings["VTarget"] == "left out: never changes, and pwm does"
+
+
+@pytest.mark.parametrize(("jitter", "asked_of"), [(0.0, True), (4.0, False)])
+def test_steps_of_1000_may_be_of_a_slow_sweep(
+    tmp_path: Path, jitter: float, asked_of: bool
+) -> None:
+    stamps = 84184.0 + 1000.0 * np.arange(60.0) + jitter * (np.arange(60) % 2)
+    found = of(tmp_path, "time,pwm,rpm", np.column_stack([stamps, STEPS[:, 1:]]))
+    assert any("Unit of time" in q.text for q in found.questions) is asked_of
+
+
+def test_a_name_behind_the_mark_of_a_comment_is_the_column_s(tmp_path: Path) -> None:
+    found = of(tmp_path, "# rpm, pwm, t_s", STEPS[:, ::-1])
+    assert "speed=rpm:rpm" in found.maps
+
+
+def test_a_time_whose_first_stamp_is_stale_is_one(tmp_path: Path) -> None:
+    table = STEPS.copy()
+    table[0, 0] = 7.4
+    assert any(m.startswith("time=t:") for m in of(tmp_path, "t,pwm,rpm", table).maps)
+
+
+@pytest.mark.parametrize(
+    ("most", "share"), [(0.8, "pwm*vbat"), (90.0, "pwm/100*vbat"), (200.0, "pwm/255*vbat")]
+)
+def test_a_duty_and_a_supply_make_a_voltage(tmp_path: Path, most: float, share: str) -> None:
+    table = np.column_stack([STEPS, np.full(60, 11.4) - 0.01 * (np.arange(60) % 3)])
+    table[:, 1] *= most / 2.8
+    found = of(tmp_path, "t_s,pwm,rpm,vbat", table)
+    assert any(f"--map voltage={share}:V makes it" in said for said in found.remarks)
+    (whole,) = [m for m in found.maps if m.startswith("supply_voltage")]
+    made = of(tmp_path, "t_s,pwm,rpm,vbat", table, of_maps((f"voltage={share}:V", whole)))
+    assert not any("makes it" in said for said in made.remarks)
+
+
+def test_a_command_belongs_to_the_motor_whose_speed_was_chosen(tmp_path: Path) -> None:
+    two = np.column_stack([STEPS, STEPS[:, 1:] + 1.0])
+    head = "t_s,left_pwm,left_rpm,right_pwm,right_rpm"
+    for side in ("left", "right"):
+        found = of(tmp_path, head, two, of_maps((f"speed={side}_rpm:rpm",)))
+        assert f"command={side}_pwm:1" in found.maps

@@ -5,7 +5,7 @@ So is a resistor across the motor, behind the current's sensor, which leaves no 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -25,24 +25,16 @@ USUAL_OHM = 1e4  # across a motor: dividers of a board, a lamp
 LOADED = ("R", "K", "B")
 
 
-def _of_parameters(moves: Mapping[str, float]) -> dict[str, float]:
-    return {name: moves.get(name, 0.0) for name in PARAMETERS}
-
-
-def suspects(
-    undetected: Sequence[Undetected],
-    solution: Solution,
-    shown: Callable[[Mapping[str, float]], Mapping[str, float]] = _of_parameters,
-) -> tuple[Suspect, ...]:
-    """One for each that would change a value and that these data leave to its prior; no interval
-    holds it. ``shown``: relative changes of what is reported by those of the parameters.
+def suspects(undetected: Sequence[Undetected], solution: Solution) -> tuple[Suspect, ...]:
+    """One for each that would change a parameter and that these data leave to its prior; no
+    interval holds it.
     """
     out = []
     for one in undetected:
         if not one.untold:
             continue
-        moves = shown(one.moves(solution))
-        worth = [n for n, move in moves.items() if abs(move) > WORTH_SAYING]
+        moves = one.moves(solution)
+        worth = [n for n in PARAMETERS if abs(moves.get(n, 0.0)) > WORTH_SAYING]
         worth.sort(key=lambda name: -abs(round(moves[name], PLACES)))  # as they are printed
         said = [f"{name} by {moves[name]:+.1%}" for name in worth]
         if said:
@@ -58,13 +50,7 @@ def suspects(
 def beside(found: Sequence[Suspect], terms: Sequence[str]) -> tuple[Suspect, ...]:
     """Those of ``found`` that no model with these terms shows."""
     shown = {_code(q) for q in used(Use.UNDETECTED) if q.term in terms}
-    return tuple(s for s in found if not (s.code in shown and is_of_effect(s)))
-
-
-def is_of_effect(suspect: Suspect) -> bool:
-    """Whether it says what the usual size of an effect would do."""
-    codes = {_code(q) for q in used(Use.UNDETECTED)}
-    return suspect.strength == "not excluded" and suspect.code in codes
+    return tuple(s for s in found if s.code not in shown or s.strength != "not excluded")
 
 
 def _code(quantity: InfluenceQuantity) -> str:

@@ -50,8 +50,8 @@ def _few(found: Findings, logs: Sequence[MotorRecord]) -> Iterator[Diagnostic]:
         yield Diagnostic(
             "few_samples", "warning",
             f"the motor follows its voltage within {1e3 * rise_s:.3g} ms, which is "
-            f"{rise_s / period_s:.2g} samples: so few readings hardly show how it does, and "
-            "inertia, inductance and the moments of the steps share what they show. Sample every "
+            f"{rise_s / period_s:.2g} samples: so few readings hardly show how it does, and J, L "
+            "and the moments of the steps share what they show. Sample every "
             f"{1e3 * rise_s / 10.0:.2g} ms",
         )  # fmt: skip
 

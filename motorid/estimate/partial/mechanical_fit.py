@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, TORQUE, Capture
+from motorid.capture.model import CURRENT, SUPPLY, TORQUE, VOLTAGE, Capture
 from motorid.errors import DataError, UsageError
 from motorid.estimate.effects.source.voltage_gain import VOLTAGE_GAIN
 from motorid.estimate.partial import (
@@ -35,6 +35,7 @@ from motorid.estimate.partial.block_bootstrap_regression import (
     choose_width,
     solve,
 )
+from motorid.estimate.partial.levels import one_level, steady_speeds
 from motorid.estimate.partial.mechanical_signals import (
     COASTING,
     FEWEST_SAMPLES,
@@ -64,7 +65,8 @@ def suits(captures: Sequence[Capture]) -> bool:
 
 def _is_electrical(capture: Capture) -> bool:
     names = set(capture.channels)
-    return CURRENT in names and bool(names & {"terminal_voltage", "supply_voltage"})
+    volts = {VOLTAGE} if capture.program is None else {VOLTAGE, SUPPLY}  # whose duty is known
+    return CURRENT in names and bool(names & volts)
 
 
 def fit(
@@ -84,6 +86,8 @@ def fit(
     if not captures:
         raise DataError("no capture was given: nothing to fit")
     if steady_state_table.suits(captures):
+        if steady_speeds.suits(captures):
+            return steady_speeds.fit(captures, known)
         return steady_state_table.fit(captures, fix=known)
     if all(open_circuit_coastdown.is_tachometer(capture) for capture in captures):
         return _by_voltage(captures, known, without)
@@ -96,6 +100,7 @@ def fit(
             found if len(moving) == len(captures) else _beside(found, len(captures) - len(moving))
         )
     motions = [of_capture(capture, drive) for capture in moving]
+    one_level.refuse(motions)
     wanted, values = _wanted(motions, drive, known, without)
     best = _regress(motions, wanted, values)
     if best is None:
@@ -119,11 +124,13 @@ def fit(
         findings = (mechanical_remarks.standing_still(len(captures) - len(moving)), *findings)
 
     def told(found: Regression) -> Estimate:
-        return mechanical_results.estimate(moving, motions, found, drive, known, without, findings)
+        estimate = mechanical_results.estimate
+        balance = estimate(moving, motions, found, drive, known, without, findings)
+        return one_level.settled(balance, drive)
 
     if square.wider is None:
         return told(best)
-    return square_of_speed.named(told(best), told(timing.of(square.wider)))
+    return square_of_speed.named(told(best), told(timing.of(square.wider)), drive)
 
 
 def _beside(found: Estimate, still: int) -> Estimate:

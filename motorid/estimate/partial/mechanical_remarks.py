@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import VOLTAGE, Capture
+from motorid.capture.model import SUPPLY, VOLTAGE, Capture
 from motorid.estimate.diagnosis import identifiability
 from motorid.estimate.partial.block_bootstrap_regression import Regression
 from motorid.estimate.partial.mechanical_signals import COMMAND, Motion, drive_of
-from motorid.estimate.partial.modulating_functions import SHAPES
+from motorid.estimate.partial.modulating_functions import COASTING_PWM, SHAPES, SQUARED
 from motorid.estimate.results.estimate import Diagnostic
 
 Floats = NDArray[np.float64]
@@ -37,7 +37,7 @@ def find(
 
 def of_captures(captures: Sequence[Capture]) -> tuple[Diagnostic, ...]:
     """What these channels can tell at best, what import noticed, and gains nobody declared."""
-    found = [_knowable(captures[0])]
+    found = [_knowable(captures[0]), *_duty(captures)]
     notes = dict.fromkeys(note for c in captures for note in c.provenance.get("notes", ()))
     found += [Diagnostic("import", "info", f"On import: {note}.") for note in notes]
     if not any(c.gain_uncertainty for capture in captures for c in capture.channels.values()):
@@ -50,6 +50,19 @@ def of_captures(captures: Sequence[Capture]) -> tuple[Diagnostic, ...]:
             )
         )
     return tuple(found)
+
+
+def _duty(captures: Sequence[Capture]) -> Iterator[Diagnostic]:
+    """That a command and a supply may make the motor's voltage."""
+    names = set.intersection(*(set(capture.channels) for capture in captures))
+    if VOLTAGE in names or not {COMMAND, SUPPLY} <= names:
+        return
+    yield Diagnostic(
+        "duty_and_supply", "info",
+        "The log holds a supply voltage and a command, and no voltage of the motor. If the command "
+        "is the duty of a bridge, import their product: --map voltage=COMMAND/FULL*SUPPLY:V, with "
+        "the names of both columns, and for FULL the command at full duty, such as 255.",
+    )  # fmt: skip
 
 
 def standing_still(count: int) -> Diagnostic:
@@ -107,19 +120,20 @@ def _lack_of_fit(motions: Sequence[Motion], best: Regression) -> list[Diagnostic
     unit, drive = motions[0].drive_unit, motions[0].drive_name.replace("_", " ")
     mean = float(np.sqrt(np.mean((best.residual / best.rows.weight) ** 2)))
     times = f"{actual / expected:.2g} times" if expected else "above"
+    suspect = _suspect(best, motions[0].drive_name)
     return [
         Diagnostic(
             "lack_of_fit",
             "warning",
             f"Lack of fit: the {drive} that the model leaves unexplained "
             f"({mean:.3g} {unit} rms over {best.half_width_s:.3g} s) is {times} what the noise of "
-            f"the readings gives. {_suspect(best)} The intervals are from the scatter between "
+            f"the readings gives. {suspect} The intervals are from the scatter between "
             "stretches of motion and from the choice of bandwidth, and so include it.",
         )
     ]
 
 
-def _suspect(best: Regression) -> str:
+def _suspect(best: Regression, drive: str) -> str:
     """The further friction term that explains most of the residual, if it explains much."""
     matrix, total = best.rows.matrix[:, best.free], float(best.residual @ best.residual)
     gains = []
@@ -134,7 +148,8 @@ def _suspect(best: Regression) -> str:
             "No simple friction term explains it: suspect a load or friction that depends on "
             "position, compliance, or a delay."
         )
-    return f"Suspect: {SHAPES[most]}, which would explain {100 * gains[most]:.0f} % of it."
+    also = COASTING_PWM if SHAPES[most] == SQUARED and drive in (VOLTAGE, COMMAND) else ""
+    return f"Suspect: {SHAPES[most]}{also}, which would explain {100 * gains[most]:.0f} % of it."
 
 
 def _slow_sampling(motions: Sequence[Motion]) -> list[Diagnostic]:

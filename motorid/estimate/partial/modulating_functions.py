@@ -26,6 +26,8 @@ from motorid.estimate.partial.mechanical_signals import Motion, Stretch
 Floats = NDArray[np.float64]
 
 COLUMNS = ("inertia", "viscous", "coulomb", "offset")
+SQUARED = "friction that grows with the square of speed"
+COASTING_PWM = ", or a PWM that lets the motor coast between its pulses"  # bends a speed as much
 SQUARE, LATE = "square", "late"
 TERMS = (SQUARE, LATE)  # that a balance may have beside: ω |ω| over the top speed, a delay in s
 FEWEST_SAMPLES = 4  # that a bump must cover
@@ -65,7 +67,7 @@ class Rows:
 
 
 SHAPES = (
-    "friction that grows with the square of speed",
+    SQUARED,
     "viscous friction that differs with direction",
     "friction that is higher at low speed (Stribeck)",
 )

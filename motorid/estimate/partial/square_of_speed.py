@@ -21,7 +21,7 @@ from motorid.estimate.effects.friction.windage import USUAL
 from motorid.estimate.partial.block_bootstrap_regression import Regression
 from motorid.estimate.partial.further_terms import NEEDED, STANDS_OUT, gain, left_open, slope
 from motorid.estimate.partial.mechanical_signals import COMMAND
-from motorid.estimate.partial.modulating_functions import COLUMNS, SQUARE
+from motorid.estimate.partial.modulating_functions import COASTING_PWM, COLUMNS, SQUARE
 from motorid.estimate.results.estimate import Diagnostic, Estimate
 
 Floats = NDArray[np.float64]
@@ -52,7 +52,7 @@ def looked_for(drive: str, best: Regression, regress: Regress) -> Square:
     return Square(None, (left * slope(wider, place),))
 
 
-def named(plain: Estimate, wider: Estimate) -> Estimate:
+def named(plain: Estimate, wider: Estimate, drive: str) -> Estimate:
     """The plain balance's values, doubtful where the ``wider`` one's intervals reach beyond theirs,
     and the finding.
     """
@@ -70,12 +70,17 @@ def named(plain: Estimate, wider: Estimate) -> Estimate:
         return plain
     said = Diagnostic(
         "better_model", "warning",
-        "the balance shows a load that grows with the square of speed, as a fan's: the values do "
-        f"without it and are biased. With it: {', '.join(told)}",
+        f"the balance shows a load that grows with the square of speed, as a fan's{like(drive)}: "
+        f"the values do without it and are biased. With it: {', '.join(told)}",
         moves, sides,
     )  # fmt: skip
     doubtful = settled(plain, [said])
     return replace(doubtful, diagnostics=(said, *doubtful.diagnostics))
+
+
+def like(drive: str) -> str:
+    """What else has that shape where the motor's own voltage may not be what was logged."""
+    return COASTING_PWM if drive in (VOLTAGE, COMMAND) else ""
 
 
 def _friction(drive: str, best: Regression) -> float:

@@ -18,6 +18,8 @@ from motorid.capture.model import HELD, POSITION, SPEED, VOLTAGE, Capture
 from motorid.capture.store import describe
 from motorid.errors import DataError
 from motorid.estimate.partial import exponential_fit, mechanical_remarks
+from motorid.estimate.partial.levels import single_level, stray_readings
+from motorid.estimate.partial.levels.single_level import FEWEST
 from motorid.estimate.partial.mechanical_results import Judge, Quantity, fixed, unknown
 from motorid.estimate.partial.mechanical_signals import (
     COASTING,
@@ -39,14 +41,16 @@ from motorid.version import __version__
 
 Floats = NDArray[np.float64]
 
-CONSTANT = 0.02  # of its level, rms, by which a drive may vary
 ALIKE = 0.02  # relative difference of levels that count as one
-FEWEST = 12  # readings of a step
 MOVES = 4.0  # quanta, of which fewer are no motion
 FASTER = 0.5  # of the highest speed, by which a motor without a drive gets faster
 SEPARATE = "gain and friction are one at a single level: add a step to another level"
 BENDS = 4.0  # lengths of a record, beyond which a time constant is none
 FEW = 8  # readings while the speed rises, fewer of which show its course poorly
+LEAST = 2  # such readings, of which fewer show no time constant at all
+BEGIN, STEADY = 3, 0.1  # first readings, and the part of the steady speed that they may lack
+OFTEN = 5.0  # times as often, where they do not say how fast the motor is
+BETWEEN = "the speed rose between two readings: a log that is sampled faster would determine it"
 RISING = 3.0  # time constants of a rise
 LATE = 3.0  # samples of a dead time that is worth a word
 MISFIT = 2.0  # residual variance over that of noise and rounding
@@ -55,13 +59,16 @@ MISFIT = 2.0  # residual variance over that of noise and rounding
 @dataclass(frozen=True)
 class Step:
     """A capture with one level of its drive; ``onset_s``: (when, to within ±), None: it is not in
-    the record. ``level`` None: no drive was logged.
+    the record. ``level`` None: no drive was logged. ``after``: readings behind the level's end,
+    which are not in the record. ``strays``: speeds at its start that are not in the record either.
     """
 
     capture: Capture
     level: float | None
     onset_s: tuple[float, float] | None
     record: exponential_fit.Record
+    after: int = 0
+    strays: tuple[float, ...] = ()
 
 
 def steps(captures: Sequence[Capture]) -> list[Step] | None:
@@ -87,12 +94,14 @@ def _step(capture: Capture) -> Step | None:
         return None
     good = np.isfinite(output.values) & ~output.saturated
     time = capture.time_s - output.delay_s
-    level, onset = None, None
+    level, onset, after = None, None, 0
     if drive != COASTING:
-        known = _level(capture.time_s, capture.channels[drive].values)
+        known = single_level.level_of(capture.time_s, capture.channels[drive].values)
         if known is None:
             return None
-        level, onset = known
+        level, onset, until_s = known
+        after = int((capture.time_s >= until_s).sum())
+        good &= capture.time_s < until_s
     gear = capture.wiring.gear_ratio or 1.0
     values = gear * output.values
     kept = fresh(np.flatnonzero(good), output, capture.provenance.get(HELD, {}))
@@ -100,6 +109,12 @@ def _step(capture: Capture) -> Step | None:
         return None
     if drive == COASTING and not _gets_faster(time[kept], values[kept], output.name):
         return None
+    stray = np.zeros(len(kept), dtype=np.bool_)
+    if onset is not None and output.name == SPEED:
+        quantum = gear * output.resolution
+        stray = stray_readings.at_start(capture.time_s[kept], values[kept], onset[0], quantum)
+    strays = tuple(map(float, values[kept[stray]]))
+    kept = kept[~stray]
     record = exponential_fit.Record(
         time[kept],
         values[kept],
@@ -108,28 +123,7 @@ def _step(capture: Capture) -> Step | None:
         gear * output.resolution,
         None if onset is None else onset[0],
     )
-    return Step(capture, level, onset, record)
-
-
-def _level(time: Floats, drive: Floats) -> tuple[float, tuple[float, float] | None] | None:
-    """The one level of a drive, and when it began; None where it has several, or none."""
-    known = np.flatnonzero(np.isfinite(drive))
-    if len(known) < FEWEST:
-        return None
-    time, drive = time[known], drive[known]
-    level = float(np.median(drive[len(drive) // 2 :]))
-    on = np.abs(drive - level) <= 0.5 * abs(level)
-    first = int(np.argmax(on))
-    if not level or not on[first:].all():
-        return None
-    if float(np.std(drive[first:])) > CONSTANT * abs(level):
-        return None
-    if not first:
-        return level, None
-    if float(np.abs(drive[:first]).max()) > 2.0 * CONSTANT * abs(level):
-        return None
-    half = float(time[first] - time[first - 1]) / 2.0
-    return level, (float(time[first]) - half, half)
+    return Step(capture, level, onset, record, after, strays)
 
 
 def _gets_faster(time: Floats, values: Floats, name: str) -> bool:
@@ -144,8 +138,9 @@ def fit(found: Sequence[Step], fix: Mapping[str, float], without: Sequence[str])
     """Time constant, steady speed, and that speed for the drive, from single ``found`` steps."""
     records = [step.record for step in found]
     rise = exponential_fit.rise(records)
-    if (
-        not np.sqrt(rise.constant_variance)
+    within = rise.constant_s < max(record.period_s for record in records)  # two readings
+    if not within and not (
+        np.sqrt(rise.constant_variance)
         < rise.constant_s
         < BENDS * max(record.length_s for record in records)
     ):
@@ -154,10 +149,7 @@ def fit(found: Sequence[Step], fix: Mapping[str, float], without: Sequence[str])
             "time constant: record until it runs steadily, and map what drives it"
         )
     judge = Judge(rise.freedom)
-    linear = (found[0].capture.get(SPEED) or found[0].capture.channels[POSITION]).unit in (
-        "m",
-        "m/s",
-    )
+    linear = _speed_unit(found) == "m/s"
     parameters = {
         name: unknown(name, UNITS[name], "a single step without a current does not determine it")
         for name in PARAMETERS
@@ -207,7 +199,10 @@ def _combinations(
         either = float(np.hypot(constant.instrument, second / np.sqrt(12.0)))
         constant = Quantity(tau - second / 2.0, rise.constant_variance, either)
         note += "; the second lag counts in it if it is the winding's, not if it is a filter's"
-    out = {"JR/(K²+RB)": judge.parameter("JR/(K²+RB)", "s", constant, note), **out}
+    if max(_while_rising(step, rise, k) for k, step in enumerate(found)) < LEAST:
+        out = {"JR/(K²+RB)": unknown("JR/(K²+RB)", "s", BETWEEN)}
+    else:
+        out = {"JR/(K²+RB)": judge.parameter("JR/(K²+RB)", "s", constant, note), **out}
     unit = "m/s" if linear else "rad/s"
     for k, step in enumerate(found):
         label = f" of run {k + 1}" if len(found) > 1 else ""
@@ -289,13 +284,24 @@ def _findings(
                 "that depends on speed. The intervals are widened for it",
             )  # fmt: skip
         onset = rise.onsets[k]
-        since = step.record.time_s - (step.record.time_s[0] if onset is None else onset)
-        few = int(((since > 0.0) & (since < RISING * rise.constant_s)).sum())
-        if few < FEW:
+        since = _since(step, onset)
+        few = _while_rising(step, rise, k)
+        if few < LEAST and _begins_steady(step, float(rise.after[k])):
+            yield Diagnostic(
+                "no_rise", "warning",
+                f"the motor turns steadily{where} before the record begins, which shows no time "
+                "constant: record a start from rest",
+            )  # fmt: skip
+        elif few < FEW:
+            told = "they hardly show its course" if few >= LEAST else (
+                "they show no time constant, but that it is below "
+                f"{1e3 * step.record.period_s:.3g} ms"
+            )  # fmt: skip
+            often = max(rise.constant_s / FEW, step.record.period_s / OFTEN)
             yield Diagnostic(
                 "few_samples", "warning",
-                f"only {few} readings were taken while the speed rose{where}, so that they hardly "
-                f"show its course: sample every {rise.constant_s / FEW:.2g} s or faster",
+                f"only {few} readings were taken while the speed rose{where}, so that {told}: "
+                f"sample every {often:.2g} s or faster",
             )  # fmt: skip
         if since[-1] < RISING * rise.constant_s:
             yield Diagnostic(
@@ -304,7 +310,47 @@ def _findings(
                 f"begins{where}, so that the steady speed is extrapolated: record longer",
             )  # fmt: skip
         yield from _late(step, onset, where)
+        if step.strays:
+            shown = ", ".join(f"{speed:.4g}" for speed in step.strays)
+            yield Diagnostic(
+                "stray_readings", "warning",
+                f"no motor that starts from rest has the first speeds{where} after the drive "
+                f"begins ({shown} {_speed_unit(found)}): suspect an encoder's count from before "
+                "the start, or an interval of another length. They are not used",
+            )  # fmt: skip
+        if step.after:
+            yield Diagnostic(
+                "after_the_step", "info",
+                f"{_readings(step.after)} not used: the drive had left its level at the end{where}",
+            )  # fmt: skip
     yield from mechanical_remarks.of_captures([step.capture for step in found])
+
+
+def _readings(count: int) -> str:
+    return "one reading is" if count == 1 else f"{count} readings are"
+
+
+def _speed_unit(found: Sequence[Step]) -> str:
+    motion = found[0].capture.get(SPEED) or found[0].capture.channels[POSITION]
+    return "m/s" if motion.unit in ("m", "m/s") else "rad/s"
+
+
+def _since(step: Step, onset: float | None) -> Floats:
+    """Seconds since the rise began, (n,)."""
+    return step.record.time_s - (step.record.time_s[0] if onset is None else onset)
+
+
+def _begins_steady(step: Step, steady: float) -> bool:
+    """Whether a speed has its steady value from the first readings on."""
+    if step.record.is_position or step.onset_s is not None:
+        return False
+    return abs(float(np.mean(step.record.values[:BEGIN])) - steady) < STEADY * abs(steady)
+
+
+def _while_rising(step: Step, rise: exponential_fit.Rise, k: int) -> int:
+    """Readings of the k-th record that were taken while its speed rose."""
+    since = _since(step, rise.onsets[k])
+    return int(((since > 0.0) & (since < RISING * rise.constant_s)).sum())
 
 
 def _late(step: Step, onset: float | None, where: str) -> Iterator[Diagnostic]:

@@ -18,7 +18,7 @@ from motorid.estimate.assembly.doubt import settled
 from motorid.estimate.assembly.lack_of_fit import with_lack
 from motorid.estimate.diagnosis import misfit, rank
 from motorid.estimate.diagnosis.facts import cooling_winding
-from motorid.estimate.diagnosis.faults import spikes
+from motorid.estimate.diagnosis.faults import log_spikes, spikes
 from motorid.estimate.effects.brush_and_heating import lossless, undropped
 from motorid.estimate.fit import joint_fit, multistart, sign_check
 from motorid.estimate.fit.alternating_fit import vanished, with_inductance
@@ -84,6 +84,8 @@ def fit(
     where a term that was asked for cannot be told from these captures.
     """
     captures, spiked = spikes.removed(captures)
+    captures, beyond = log_spikes.removed(captures)
+    spiked = (*spiked, *beyond)
     try:
         estimate = _of(captures, fix, without, model)
     except sign_check.WrongSignError as error:

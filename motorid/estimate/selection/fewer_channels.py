@@ -17,11 +17,13 @@ from motorid.capture.model import Capture
 from motorid.estimate.assembly.assemble import UNCHANGED
 from motorid.estimate.assembly.covering import covering_sides
 from motorid.estimate.assembly.doubt import settled
+from motorid.estimate.diagnosis.faults import log_spikes
 from motorid.estimate.diagnosis.refit import plain as plain_noise
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import TERMS
 from motorid.estimate.partial import electrical_only
+from motorid.estimate.partial.modulating_functions import COASTING_PWM
 from motorid.estimate.partial.without_current import fit as no_current
 from motorid.estimate.partial.without_current.combinations import shares
 from motorid.estimate.partial.without_current.likelihood import Whole
@@ -44,6 +46,7 @@ from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.intervals import Findings
 
 HEATING = TERMS["heating"]
+SQUARE_TITLE = TERMS["quadratic-load"].title
 HALF = 0.5  # of what a fit would need
 WITHOUT_MOTION = ("quadratic-load", "direction", "brush-drop", "heating")
 WITHOUT_CURRENT = ("quadratic-load", "direction", "stribeck")
@@ -63,8 +66,10 @@ def without_current(
     captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence[str]
 ) -> Estimate:
     """``without_current.fit``, doubtful where a better model says otherwise. Raises as that."""
+    cleared, spiked = log_spikes.removed(captures)
     with opened():
-        return no_current.fit(captures, fix, without, _on_scale)
+        found = no_current.fit(cleared, fix, without, _on_scale)
+    return replace(found, suspects=(*spiked, *found.suspects)) if spiked else found
 
 
 def better_models(
@@ -168,6 +173,7 @@ def _said_on_scale(
     values: Mapping[str, Parameter], others: Mapping[str, Parameter], titles: str
 ) -> list[Diagnostic]:
     """Of a fit without a current: in its combinations."""
+    titles += COASTING_PWM if SQUARE_TITLE in titles else ""
     return [
         replace(one, message=f"{one.message.split(' With it: ')[0]} With it: {shares(others)}")
         for one in _said(values, others, titles, UNCHANGED)

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from motorid.capture import quadrature
 from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, TORQUE, VOLTAGE
 from motorid.capture.units import AMBIENT, COMMAND, SET_POSITION, SET_SPEED, TIME
-from motorid.workflow.proposal.naming import BY_UNIT, EXACT, Meaning, allowed
+from motorid.workflow.proposal.naming import BY_UNIT, EXACT, Meaning, allowed, words
 from motorid.workflow.proposal.question import Answer, Known, Question
 from motorid.workflow.proposal.seen import Seen, Table
 from motorid.workflow.proposal.time_base import evaluated, formula_of
-from motorid.workflow.proposal.vocabulary import INDEX, OTHER
+from motorid.workflow.proposal.vocabulary import INDEX, OTHER, QUANTITY_OF
 
 Floats = NDArray[np.float64]
 ORDER = (
@@ -32,6 +32,8 @@ ORDER = (
 )
 EDGES = 20  # that two lines show at least, to be an encoder's
 SHOWN = {VOLTAGE: "voltage"}
+NAMELESS = "its name says nothing"
+MOST_NAMELESS = 4  # columns that are asked about
 NEEDED = (VOLTAGE, CURRENT, SPEED, POSITION, TORQUE)  # equals are asked about; others are left out
 
 
@@ -88,6 +90,10 @@ def assign(table: Table, known: Known, time: str) -> Assigned:
         free = [c for c in free if c is not a and c is not b]
         taken |= {a.name, b.name}
     candidates = {q: _of(q, free) for q in ORDER if q not in known.columns and q not in picks}
+    constant = _constant_volts(candidates)
+    if constant:
+        candidates[VOLTAGE] = []
+        left |= {c.name: f"never changes, and {candidates[COMMAND][0].name} does" for c in constant}
     motors = _motors(candidates)
     if motors is not None:
         return Assigned(picks, left, (motors,))
@@ -95,6 +101,7 @@ def assign(table: Table, known: Known, time: str) -> Assigned:
         if not found:
             continue
         best = [c for c in found if c.meaning.strength == found[0].meaning.strength]
+        best = _of_the_same(best, picks) if len(best) > 1 else best
         if len(best) > 1 and quantity in NEEDED:
             questions.append(_which(quantity, best))
         elif len(best) > 1:
@@ -104,11 +111,12 @@ def assign(table: Table, known: Known, time: str) -> Assigned:
         rest = (c for c in found if c is not best[0] and (c not in best or not questions))
         left |= {c.name: f"{best[0].name} is the {shown(quantity)}" for c in rest}
     questions += _by_unit_alone(picks)
+    used = {p.column.name for p in picks.values() if p.column is not None} | left.keys() | taken
+    left |= {c.name: _unknown(c, picks) for c in table.columns if c.name not in used}
+    questions += _motion(picks, [c for c in free if left.get(c.name) == NAMELESS], known)
     sense = known.sense
     if not sense and VOLTAGE in picks and picks[VOLTAGE].meaning.wanted:
         sense = "command"
-    used = {p.column.name for p in picks.values() if p.column is not None} | left.keys() | taken
-    left |= {c.name: _unknown(c, picks) for c in table.columns if c.name not in used}
     return Assigned(picks, left, tuple(questions), sense)
 
 
@@ -141,11 +149,29 @@ def _useless(column: Seen) -> str:
     return ""
 
 
+def _motion(picks: Mapping[str, Pick], nameless: Sequence[Seen], known: Known) -> list[Question]:
+    """Beside a drive, and nothing that it drives: which nameless column is the motion (t, u, y)."""
+    driven = {VOLTAGE, COMMAND} & picks.keys()
+    found = [c for c in nameless if c.levels > 1 and not c.counts_rows]
+    answered = {SPEED, POSITION, CURRENT, TORQUE} & (picks.keys() | known.columns.keys())
+    if not driven or answered or not 0 < len(found) <= MOST_NAMELESS:
+        return []
+    answers = [
+        Answer(f"{c.name}, the {q}", Known({q: c.name}), f"--map {q}={c.name}:UNIT")
+        for c in found
+        for q in (SPEED, POSITION, CURRENT)
+    ]
+    answers.append(Answer("none of them", Known({SPEED: ""}), ""))
+    return [
+        Question("Nothing is named as what the motor does: which column is it?", tuple(answers))
+    ]
+
+
 def _unknown(column: Seen, picks: Mapping[str, Pick]) -> str:
     quantity = column.meaning.quantity
     if quantity in picks:
         return f"{picks[quantity].expression} is the {shown(quantity)}"
-    return f"perhaps {shown(quantity)}" if quantity else "its name says nothing"
+    return f"perhaps {shown(quantity)}" if quantity else NAMELESS
 
 
 def _encoder(columns: Sequence[Seen]) -> tuple[Seen, Seen] | None:
@@ -180,6 +206,26 @@ def _of(quantity: str, columns: Iterable[Seen]) -> list[Seen]:
     found = [c for c in columns if c.meaning.quantity == quantity]
     moving = [c for c in found if c.levels > 1] or found
     return sorted(moving, key=lambda c: (c.meaning.wanted, -c.meaning.strength))
+
+
+def _of_the_same(equals: list[Seen], picks: Mapping[str, Pick]) -> list[Seen]:
+    """The one whose name shares a word with that of the motion, as left_pwm with left_rpm; else all
+    of them.
+    """
+    motion = picks.get(SPEED) or picks.get(POSITION)
+    if motion is None or motion.column is None:
+        return equals
+    side = {word for word in words(motion.expression) if word not in QUANTITY_OF}
+    shared = [c for c in equals if side & set(words(c.name))]
+    return shared if len(shared) == 1 else equals
+
+
+def _constant_volts(candidates: Mapping[str, list[Seen]]) -> list[Seen]:
+    """Volts that never change beside a command that does: a supply, or a target."""
+    volts, commands = candidates.get(VOLTAGE, []), candidates.get(COMMAND, [])
+    if any(c.levels > 1 for c in volts) or not any(c.levels > 1 for c in commands):
+        return []
+    return volts
 
 
 def _motors(candidates: Mapping[str, list[Seen]]) -> Question | None:

@@ -72,6 +72,8 @@ def words(text: str) -> list[str]:
 
 def _cut(word: str) -> list[str]:
     """``setvel`` -> ``set``, ``vel``: a word for a set point before that of a quantity."""
+    if word in SET_POINT:
+        return [word]
     for rest in range(3, len(word) - 1):
         if word[:rest] in SET_POINT and word[rest:] in QUANTITY_OF and word not in QUANTITY_OF:
             return [word[:rest], word[rest:]]
@@ -96,8 +98,11 @@ def _meaning(text: str, unit: str) -> Meaning:
     if not quantity and not unit and (whole := spelled(bare)):
         unit = whole
     if not quantity:
+        unit = unit or next((u for u in _suffixes(bare) if _of_unit(u)), "")
         quantity, strength = _of_unit(unit), BY_UNIT if unit else 0.0
-        return Meaning(quantity, strength, unit, number=number)
+        wanted = any(part in SET_POINT for part in parts) and quantity != TIME
+        quantity = _WANTED.get(quantity, OTHER) if wanted and quantity else quantity
+        return Meaning(quantity, strength, unit, wanted=wanted, number=number)
     for suffix in _suffixes(bare):
         if suffix in allowed(quantity) and suffix not in _DOUBTFUL:
             by_name = suffix

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE
+from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, VOLTAGE
 from motorid.capture.table_checks import speed_over_derivative
-from motorid.capture.units import TIME
+from motorid.capture.units import COMMAND, TIME
 from motorid.errors import DataError
 from motorid.estimate.diagnosis.facts.unit_mistakes import UNUSUAL
 from motorid.workflow.proposal import laws
@@ -36,6 +36,7 @@ from motorid.workflow.proposal.unit_choice import (
 )
 
 Floats = NDArray[np.float64]
+FULL = (1, 100, 255, 1000, 1023, 4095, 65535)  # usual commands at full duty
 SENSES = {"command": "as it was commanded"}
 
 
@@ -178,6 +179,21 @@ def _readings(
     return found
 
 
+def _duty(assigned: Assigned) -> list[str]:
+    """A duty and a supply, whose product may be the motor's voltage, which no column is."""
+    supply, command = assigned.picks.get(SUPPLY), assigned.picks.get(COMMAND)
+    if VOLTAGE in assigned.picks or supply is None or command is None:
+        return []
+    largest = float(np.nanmax(np.abs(command.values)))
+    full = next((size for size in FULL if largest <= size), largest)
+    share = command.expression if full == 1 else f"{command.expression}/{full:g}"
+    unit = supply.meaning.unit or "V"
+    return [
+        f"no column is the motor's voltage: if {command.expression} is a duty, {full:g} at full, "
+        f"--map voltage={share}*{supply.expression}:{unit} makes it"
+    ]
+
+
 def _remarks(
     table: Table, time: TimeBase, choice: Choice, evidence: Evidence, assigned: Assigned
 ) -> list[str]:
@@ -198,6 +214,7 @@ def _remarks(
         found.append(
             f"the voltage is taken {SENSES.get(assigned.sense, 'at the ' + assigned.sense)}"
         )
+    found += _duty(assigned)
     law = evidence.laws
     if law is not None and law.holds:
         turned = [

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.columns import Columns, Described, Source
+from motorid.capture.continued_stamps import stale
 from motorid.capture.formats import source_of
 from motorid.capture.table_options import TableOptions
 from motorid.errors import DataError
@@ -60,7 +61,11 @@ class Seen:
 
     @property
     def ascending(self) -> bool:
-        """Nearly all readings are at least the one before, and the last is above the first."""
+        """Nearly all readings are at least the one before, and the last is above the first; or all
+        advance behind stale stamps at the start.
+        """
+        if stale(self.finite):
+            return True
         if len(self.finite) < 2 or not self.finite[-1] > self.finite[0]:
             return False
         return bool(np.mean(self.steps >= 0.0) > 0.98 and np.mean(self.steps > 0.0) > 0.3)

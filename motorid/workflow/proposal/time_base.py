@@ -26,6 +26,7 @@ INTERVALS = (
 RATES = ("samplerate", "samplingrate", "samplingfrequency", "samplefrequency", "fs")
 STARTS = ("start", "t", "xstart", "xoffset", "starttime", "wfstartoffset", "firstpoint")
 PERIODS_S, PERIOD_COST = (4e-6, 0.25), 8.0  # usual ones of a motor's log; what others cost
+SLOW_S, SLOW_COST = 2.0, 4.0  # of steps that are all one: a sweep of steady levels has such periods
 SPANS_S, SPAN_COST = (0.03, 7200.0), 5.0
 COST = {"s": 0.0, "ms": 1.0, "us": 2.0}  # of a unit that nobody states
 NEAR = 0.02  # relative difference of two intervals that are one
@@ -129,7 +130,8 @@ def _of_column(column: Seen, clock: TimeBase | None, *, chosen: bool = False) ->
         if unit not in costs:
             continue
         inside = PERIODS_S[0] <= period * scale <= PERIODS_S[1]
-        costs[unit] += 0.0 if inside else PERIOD_COST
+        slow = PERIODS_S[1] < period * scale <= SLOW_S and bool((column.steps == period).all())
+        costs[unit] += 0.0 if inside else SLOW_COST if slow else PERIOD_COST
         costs[unit] += 0.0 if SPANS_S[0] <= span * scale <= SPANS_S[1] else SPAN_COST
     if column.whole and period > 1.0:
         costs["s"] += COARSE

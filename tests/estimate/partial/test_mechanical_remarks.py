@@ -87,7 +87,7 @@ def test_the_term_that_explains_the_most_is_suspected(column: int) -> None:
     matrix = np.column_stack([best.rows.matrix[:, :3], shapes[:, column]])
     left = residual - matrix @ np.linalg.pinv(matrix, rcond=1e-12) @ residual
     share = 100.0 * (1.0 - left @ left / (residual @ residual))
-    assert module._suspect(best) == (
+    assert module._suspect(best, "current") == (
         f"Suspect: {SHAPES[column]}, which would explain {share:.0f} % of it."
     )
 
@@ -96,7 +96,9 @@ def test_what_no_term_explains_names_none() -> None:
     turning = np.tile([1.0, -1.0], 500)
     shapes = np.ones((1000, 3))
     best = regression(turning, shapes)
-    assert module._suspect(best).startswith("No simple friction term explains it: suspect a load")
+    assert module._suspect(best, "current").startswith(
+        "No simple friction term explains it: suspect a load"
+    )
 
 
 @pytest.mark.parametrize(("jump", "slow"), [(2.9, False), (3.1, True)])

@@ -127,7 +127,7 @@ def test_a_fan_is_looked_for_beside_a_lag_and_named(monkeypatch: pytest.MonkeyPa
     assert routes.asked["regress"][3] == ("square", "late")
     assert routes.asked["timing"] == ("with a fan",)
     assert routes.asked["estimate"][2] is routes.wider  # the last: with the fan
-    assert routes.asked["named"] == (routes.found, routes.found)
+    assert routes.asked["named"] == (routes.found, routes.found, CURRENT)
 
 
 def test_single_steps_are_fitted_as_such_beside_captures_that_stand(
@@ -279,3 +279,22 @@ def test_a_motor_that_coasts_gets_no_faster_by_a_tenth(rise: float, refused: boo
     if refused:
         with pytest.raises(DataError, match="gets faster"):
             module._check_coasting([backwards])
+
+
+def test_a_log_with_a_supply_and_a_duty_is_fitted_by_its_current() -> None:
+    """It was refused: 'the capture holds no voltage'. The report says how to make one."""
+    time = np.arange(0.0, 6.0, 0.01)
+    speed = 100.0 + 60.0 * np.sin(2.0 * time) + 20.0 * np.sin(5.3 * time)
+    slope = 120.0 * np.cos(2.0 * time) + 106.0 * np.cos(5.3 * time)
+    channels = {
+        "current": Channel("current", "A", 7e-4 * slope + 3e-4 * speed + 0.1),
+        "speed": Channel("speed", "rad/s", speed),
+        "supply_voltage": Channel("supply_voltage", "V", np.full(len(time), 12.0)),
+        "command": Channel("command", "1", 0.3 + 0.002 * speed),
+    }
+    log = Capture(np.rint(time * 1e9).astype(np.int64), 1e9, channels)
+    assert module.suits([log])
+    found = module.fit([log])
+    assert found.combinations["J/K"].value == pytest.approx(7e-4, rel=0.01)
+    (said,) = [d.message for d in found.diagnostics if d.code == "duty_and_supply"]
+    assert "voltage=COMMAND/FULL*SUPPLY:V" in said

@@ -148,9 +148,9 @@ def test_values_that_a_wider_balance_does_not_know_may_be_anything() -> None:
                                               "B/K": parameter("B/K", "kg", 5.0)})  # fmt: skip
     unknown = replace(parameter("J/K", "kg", 2.0), value=None, total=None, interval_95=None)
     wider = replace(plain, combinations={**plain.combinations, "J/K": unknown})
-    found = module.named(plain, wider)
+    found = module.named(plain, wider, "current")
     said = found.diagnostics[0]
     assert (said.code, said.moves, said.sides) == ("better_model", {"J/K": math.inf}, {})
     assert found.combinations["J/K"].status is Status.DOUBTFUL
     assert found.combinations["B/K"] == plain.combinations["B/K"]
-    assert module.named(plain, plain) is plain
+    assert module.named(plain, plain, "current") is plain

@@ -12,6 +12,7 @@ import pytest
 from motorid.capture.model import POSITION, SPEED, VOLTAGE, Capture, Channel, Wiring
 from motorid.estimate.partial import step_response as room
 from motorid.estimate.partial.exponential_fit import Record, Rise
+from motorid.estimate.partial.levels import single_level
 from motorid.estimate.partial.mechanical_results import Judge
 from motorid.estimate.partial.step_response import Step
 
@@ -157,15 +158,18 @@ def test_more_than_noise_is_left_of_a_curve_that_is_no_exponential() -> None:
 
 
 def level(drive: Any) -> Any:
-    return room._level(TIME, np.asarray(drive, float))
+    return single_level.level_of(TIME, np.asarray(drive, float))
 
 
 def test_a_level_begins_once_and_stays() -> None:
     on = np.where(np.arange(100) >= 20, 12.0, 0.0)
-    known, onset = level(on)
-    assert known == 12.0
+    known, onset, until_s = level(on)
+    assert (known, until_s) == (12.0, np.inf)
     assert onset == pytest.approx((0.195, 0.005))
-    assert level(np.full(100, -3.0)) == (-3.0, None)
+    assert level(np.full(100, -3.0)) == (-3.0, None, np.inf)
+    off = np.where(np.arange(100) >= 89, 0.0, on)  # the logger's last rows
+    assert level(off) == (12.0, onset, pytest.approx(0.89))
+    assert level(np.where(np.arange(100) >= 88, 0.0, on)) is None  # a coast of its own
     assert level(np.where(np.arange(100) >= 60, 0.0, 12.0)) is None
     assert level(np.zeros(100)) is None
     assert level(np.where(np.arange(100) == 50, 0.0, on)) is None
@@ -173,7 +177,7 @@ def test_a_level_begins_once_and_stays() -> None:
     few[:11] = 5.0
     assert level(few) is None
     few[11] = 5.0
-    assert level(few) == (5.0, None)
+    assert level(few) == (5.0, None, np.inf)
 
 
 @pytest.mark.parametrize(("before", "step"), [(0.47, True), (0.49, False), (-0.49, False)])

@@ -193,13 +193,15 @@ def test_a_wrong_sign_is_put_right_and_said_before_all_else(
     monkeypatch.setattr(entry.sign_check, "put_right", lambda captures, _: ["right", *captures])
     spike = entry.sign_check.Suspect("spikes", "current", "they stand alone", "look", "named")
     monkeypatch.setattr(entry.spikes, "removed", lambda given: (given[1:], (spike,)))
+    far = entry.sign_check.Suspect("spikes", "speed", "they stand far", "look", "named")
+    monkeypatch.setattr(entry.log_spikes, "removed", lambda given: (given, (far,)))
     captures: Any = ["spiked", "run"]
     found = entry.fit(captures, FIX, WITHOUT, "six")
     assert asked == [(["run"], FIX, WITHOUT, "six"), (["right", "run"], FIX, WITHOUT, "six")]
     first, *others = found.suspects
     assert (first.code, first.allowed) == ("current_sign", True)
     named = [s for s in one.suspects if s.strength == "named"]
-    assert others == [*named, spike, *(s for s in one.suspects if s not in named)]
+    assert others == [*named, spike, far, *(s for s in one.suspects if s not in named)]
     entry.fit(captures, FIX)
     assert asked[2] == (["run"], FIX, (), "auto")
 

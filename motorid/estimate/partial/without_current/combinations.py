@@ -11,7 +11,6 @@ import numpy as np
 
 from motorid.capture.model import Capture
 from motorid.capture.store import describe
-from motorid.estimate.assembly import untold
 from motorid.estimate.effects.source.voltage_gain import VOLTAGE_GAIN
 from motorid.estimate.partial.mechanical_remarks import of_captures
 from motorid.estimate.partial.mechanical_results import (
@@ -22,7 +21,9 @@ from motorid.estimate.partial.mechanical_results import (
     unknown,
 )
 from motorid.estimate.partial.mechanical_signals import COMMAND, drive_of
+from motorid.estimate.partial.without_current import wording
 from motorid.estimate.partial.without_current.likelihood import Whole
+from motorid.estimate.partial.without_current.wording import CONSTANT, FRICTION, GAIN, WINDING
 from motorid.estimate.results.estimate import (
     PARAMETERS,
     UNITS,
@@ -36,9 +37,9 @@ from motorid.estimate.uncertainty import intervals
 from motorid.estimate.uncertainty.unstated_gains import LEAST
 from motorid.motor.parameters import Motor, mechanical_time_constant
 
-CONSTANT, GAIN, FRICTION, WINDING = "JR/(K²+RB)", "K/(K²+RB)", "T0·R/K", "L/R"
 SHOWN = {"K": GAIN, "J": CONSTANT, "T0": FRICTION}  # what the parameters of that scale show as
 TIME = "mechanical time constant"
+DROPS = "with what a bridge drops, if the volts are not the motor's own"
 EITHER = "L/R counts in it if it is the winding's, not if it is a filter's"
 MODEL = "v = JR/K dω/dt + (K + RB/K) ω + T0 R/K sign(ω), and L/R"
 OF_PARAMETERS = ("budget", "voltage_readings", "coarse_readings")  # remarks of all six
@@ -71,7 +72,7 @@ def combinations(whole: Whole, volt: str) -> dict[str, Parameter]:
     known = (
         constant,
         Combination(GAIN, f"rad/s/{volt}", "gain, speed for drive", _gain, {"K": -1.0}),
-        Combination(FRICTION, volt, "", _friction, {"T0": 1.0, "K": -1.0}),
+        Combination(FRICTION, volt, DROPS, _friction, {"T0": 1.0, "K": -1.0}),
     )
     out = {one.name: _told(whole, one, more if one is constant else 0.0) for one in known}
     if told:
@@ -191,9 +192,15 @@ def opened(
     if {"K", "R"} <= fix.keys() and not command:
         parameters |= _by_constants(whole, known, fix)
     parameters |= {name: fixed(name, UNITS[name], value) for name, value in fix.items()}
-    said = [_shown(one) for one in found.diagnostics if one.code not in OF_PARAMETERS]
-    suspects = [_shown(one) for one in found.suspects if not untold.is_of_effect(one)]
-    suspects += untold.suspects(whole.found.undetected, whole.found.solution, _changes)
+    said = [
+        replace(_shown(one), message=wording.shown(one.message, command))
+        for one in found.diagnostics
+        if one.code not in OF_PARAMETERS
+    ]
+    suspects = [
+        replace(_shown(one), evidence=wording.shown(one.evidence, command))
+        for one in found.suspects
+    ]
     lags = [one for one in suspects if one.allowed and one.code.endswith("_lag")]
     return replace(
         found,
@@ -240,12 +247,6 @@ def _shown(one: Finding) -> Finding:
     return replace(one, moves={SHOWN.get(n, n): move for n, move in one.moves.items()})
 
 
-def _changes(moves: Mapping[str, float]) -> dict[str, float]:
-    """Relative changes of the combinations by those of the parameters, to first order."""
-    J, K, T0 = (moves.get(name, 0.0) for name in ("J", "K", "T0"))
-    return {CONSTANT: J - 2.0 * K, GAIN: -K, FRICTION: T0 - K}
-
-
 def _unstated(lag: Suspect) -> Diagnostic:
     """A delay of a log of which nobody stated one is no fault."""
     return Diagnostic(
@@ -262,15 +263,15 @@ def _not_stated(found: Estimate, command: bool) -> dict[str, dict[str, float]]:
     for gain, moves in found.not_stated.items():
         if command and gain == VOLTAGE_GAIN.name:
             continue  # its scale is that of the answer
-        changes = _changes({n: moves.get(n, 0.0) / value[n] for n in SHOWN})
-        whole = {
-            CONSTANT: value["J"] / value["K"] ** 2,
-            GAIN: 1.0 / value["K"],
-            FRICTION: value["T0"] / value["K"],
+        share = {n: moves.get(n, 0.0) / value[n] for n in SHOWN}
+        both = {
+            CONSTANT: (share["J"] - 2.0 * share["K"], value["J"] / value["K"] ** 2),
+            GAIN: (-share["K"], 1.0 / value["K"]),
+            FRICTION: (share["T0"] - share["K"], value["T0"] / value["K"]),
         }
         out[gain] = {
-            name: part * whole[name]
-            for name, part in changes.items()
-            if math.isfinite(whole[name]) and abs(part) > LEAST
+            name: part * whole
+            for name, (part, whole) in both.items()
+            if math.isfinite(whole) and abs(part) > LEAST
         }
     return out

@@ -10,10 +10,12 @@ from motorid.capture.model import Capture
 from motorid.capture.store import describe
 from motorid.errors import DataError
 from motorid.estimate.partial import mechanical_fit, mechanical_remarks, step_response
+from motorid.estimate.partial.levels.one_level import OneLevelError, as_one
 from motorid.estimate.partial.mechanical_signals import stands_still
 from motorid.estimate.partial.without_current import coasts
-from motorid.estimate.partial.without_current.combinations import CONSTANT, FRICTION, GAIN, opened
+from motorid.estimate.partial.without_current.combinations import opened
 from motorid.estimate.partial.without_current.likelihood import Better, Whole, whole
+from motorid.estimate.partial.without_current.wording import CONSTANT, FRICTION, GAIN
 from motorid.estimate.results.estimate import Diagnostic, Estimate, Parameter
 
 
@@ -64,8 +66,12 @@ def _fitted(
     """By the likelihood where it answers, else by the balance."""
     try:
         balance = mechanical_fit.fit(captures, fix=fix, without=without)
-    except DataError:
+    except DataError as error:
         found = whole(captures, None, without)
+        if not found.answers and isinstance(error, OneLevelError) and "T0" not in without:
+            found = whole(captures, None, (*without, "T0"))
+            if found.answers:
+                return as_one(opened(_with(found, better), captures, fix, without))
         if not found.answers:
             raise
         return opened(_with(found, better), captures, fix, without)

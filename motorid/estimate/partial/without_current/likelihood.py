@@ -25,6 +25,7 @@ from motorid.estimate.fit.joint_fit import solved
 from motorid.estimate.fit.multistart import leaves_misfit, settled
 from motorid.estimate.fit.parameter_bounds import merged, searched
 from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.partial import steady_state_table
 from motorid.estimate.partial.mechanical_signals import (
     COMMAND,
     drive_of,
@@ -85,6 +86,7 @@ def _suits(capture: Capture) -> bool:
     drive, output = drive_of(capture.channels), output_of(capture)
     return (
         capture.program is None
+        and not steady_state_table.suits([capture])
         and not {CURRENT, TORQUE} & set(capture.channels)
         and drive in (VOLTAGE, COMMAND)
         and not capture.channels[drive].unsigned
