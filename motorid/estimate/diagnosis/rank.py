@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.diagnosis import misfit, reach
+from motorid.estimate.diagnosis.facts.current_sense import at_supply
 from motorid.estimate.diagnosis.fault import Hypothesis
 from motorid.estimate.diagnosis.faults import (
     channel_delay,
@@ -209,6 +210,7 @@ def direct(records: Sequence[MotorRecord]) -> list[Suspect]:
             *encoder_bandwidth.unsized(record),
             *lost_rows.suspects(record.capture, record.judged_at),
             *repeated_readings.suspects(record.capture),
+            *at_supply.suspects(record.capture),
             *current_zero.suspects(record),
             *current_limited_supply.suspects(record),
         ]
