@@ -88,21 +88,20 @@ def _of(channel: Channel) -> Held | None:
             continue
         if around >= FLANK // 2 and usual < QUIET and len(raw) * usual**length < CHANCE:
             beside = np.concatenate([raw[low:start], raw[start + length + 1 : high + 1]])
-            if len(raw) * _commonest(beside) ** length >= CHANCE:
+            if len(raw) * _share(raw[start], beside) ** length >= CHANCE:
                 continue
             stuck += length
             first = start if first < 0 else first
     return Held(channel.name, 0, stuck, first) if stuck else None
 
 
-def _commonest(raw: Floats) -> float:
-    """The share of readings (n,) that are the commonest code.
+def _share(code: float, raw: Floats) -> float:
+    """The share of readings (n,) that are that code.
 
     Noise of a converter's step leaves more readings at the middle code than it makes neighbours
-    equal over all codes, and a stretch of equal ones is one of that code.
+    equal over all codes, and a stretch of equal ones is mostly one of that code.
     """
-    _, counts = np.unique(raw, return_counts=True)
-    return float((counts.max(initial=0) + 1) / (len(raw) + 2))
+    return float((np.count_nonzero(raw == code) + 1) / (len(raw) + 2))
 
 
 def _beyond_flicker(channel: Channel) -> Bools:
