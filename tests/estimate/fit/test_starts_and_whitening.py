@@ -172,7 +172,12 @@ def test_a_filter_that_hides_what_the_readings_show_is_taken_off(
 
 @pytest.mark.parametrize(
     ("white", "coloured"),
-    [(0.001, 0.009), (0.12, 0.28), (0.02, 0.02)],  # small, or not much more: noise has its memory
+    [
+        (0.0016, 0.011),
+        (0.001, 0.045),
+        (0.12, 0.28),
+        (0.02, 0.02),
+    ],  # small, or not much more: noise has its memory
 )
 def test_a_filter_that_costs_little_stays(white: float, coloured: float) -> None:
     assert not multistart._hides({"current": white}, {"current": coloured})
