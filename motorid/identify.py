@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from motorid.capture.model import Capture
-    from motorid.estimate.results.estimate import Diagnostic, Estimate
+    from motorid.estimate.results.estimate import Diagnostic, Estimate, Suspect
 
 OPTIONAL = ("L", "B", "T0")  # what ``without`` may take out of the model
 ML = "ml"  # the method of the likelihood
@@ -37,8 +37,10 @@ def fit(
     from motorid.errors import DataError
     from motorid.estimate.assembly.doubt import settled
     from motorid.estimate.diagnosis.facts.compare import findings
+    from motorid.estimate.diagnosis.facts.current_sense import one_sided
     from motorid.estimate.diagnosis.facts.pwm.alignment import aligned
     from motorid.estimate.diagnosis.facts.pwm.frequency import corrected
+    from motorid.estimate.diagnosis.faults import held_channels
     from motorid.estimate.fit.rough_fit import departures, moves
     from motorid.estimate.signals import voltage_low_pass
     from motorid.estimate.signals.upsampled_rows import own_readings
@@ -50,7 +52,10 @@ def fit(
     for capture in captures:
         insist(capture)
     captures, between = zip(*map(own_readings, captures), strict=True)
-    captures, filtered = zip(*map(voltage_low_pass.declared, captures), strict=True)
+    undeclared: list[Suspect] = []
+    for channel in (held_channels, one_sided, voltage_low_pass):
+        captures, found = zip(*map(channel.declared, captures), strict=True)
+        undeclared += [one for one in dict.fromkeys(found) if one is not None][:1]
     again = partial(_fit, fix=fix, without=without, method=method, search=search)
     estimate = again(captures)
     if method == ML:
@@ -62,8 +67,7 @@ def fit(
             captures, estimate = aligned(captures, estimate, again, glance, foreseen)
     said = tuple(findings(captures, estimate, again))
     said = (*filter(None, between), *_of_logs(captures, estimate), *said)
-    named = tuple(dict.fromkeys(one for one in filtered if one is not None))[:1]
-    estimate = replace(estimate, suspects=(*named, *estimate.suspects))
+    estimate = replace(estimate, suspects=(*undeclared, *estimate.suspects))
     estimate = with_reference(settled(estimate, said), captures)
     return replace(estimate, diagnostics=(*estimate.diagnostics, *_unread(captures), *said))
 

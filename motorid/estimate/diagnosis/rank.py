@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.diagnosis import misfit, reach
+from motorid.estimate.diagnosis.facts.current_sense import at_supply
 from motorid.estimate.diagnosis.fault import Hypothesis
 from motorid.estimate.diagnosis.faults import (
     channel_delay,
@@ -69,6 +70,7 @@ CLEAR = 200.0  # or this much in all, of a misfit too small to matter but for wh
 NEAR = 2e-3  # of all that there is to explain: not worth another step of a fit
 SHARE = 0.3  # and this share of all that there is to explain,
 PART = 0.15  # the least share of a fault that explains so much surely
+STRIDES = 8, 4, 2, 1  # of a place over a hypothesis' sizes
 FEW, BETTER = 4, 2  # steps of a fit from every size, and how many go on to their end
 MUCH = 0.5  # of the misfit, that a fault leaves: another may be larger; or explains of a small one
 ALL = 0.9  # of the misfit: what explains so much is told, even where it moves nothing
@@ -209,6 +211,7 @@ def direct(records: Sequence[MotorRecord]) -> list[Suspect]:
             *encoder_bandwidth.unsized(record),
             *lost_rows.suspects(record.capture, record.judged_at),
             *repeated_readings.suspects(record.capture),
+            *at_supply.suspects(record.capture),
             *current_zero.suspects(record),
             *current_limited_supply.suspects(record),
         ]
@@ -329,6 +332,10 @@ def _ended(
     steps each from all sizes: on its way from one to another a search meets valleys. One that is
     worse than the ``usual`` fit, without a fault, is in a wrong one.
     """
+    if h.place is not None:
+        found = refit(records, starts, h, size, enough)
+        some = found.objective < usual.objective
+        return _placed(records, starts[0], h, found, enough) if some else found
     if not h.stepwise:
         return refit(records, starts, h, size, enough)
     sizes = dict.fromkeys((size, *h.sizes))
@@ -339,6 +346,26 @@ def _ended(
     better = [each for each in begun if each[0].objective < usual.objective]
     ended = [go_on(records, start, h, one, enough) for one, start in better]
     return min(ended, key=lambda one: one.objective, default=begun[0][0])
+
+
+def _placed(
+    records: Sequence[MotorRecord], near: Solution, h: Hypothesis, found: Refit, enough: float
+) -> Refit:
+    """A fit whose place is the best that strides over the hypothesis' sizes find, each half as
+    long: derivatives promise most at a place where others would explain more.
+    """
+    sizes = list(h.sizes)
+    k = min(range(len(sizes)), key=lambda j: abs(sizes[j][-1] - float(found.size[-1])))
+    for stride in STRIDES:
+        for j in (k - stride, k + stride):
+            if not 0 <= j < len(sizes):
+                continue
+            there = replace(near, values=found.values, own=found.search.own)
+            begun = (float(found.size[0]), *sizes[j][1:])
+            other = refit(records, [there], h, begun, enough, FEW)
+            if other.objective < found.objective:
+                k, found = j, other
+    return go_on(records, near, h, found, enough)
 
 
 def _rivals(

@@ -24,7 +24,7 @@ from motorid.estimate.fit.promotion import contradicted, promoted
 from motorid.estimate.fit.repeating import taken_again, with_repeating
 from motorid.estimate.model import prewhitening
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.model.unexplained import unsupported
+from motorid.estimate.model.unexplained import shares, unsupported
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.solver.dense_products import misfits
 from motorid.estimate.solver.levenberg_marquardt import ENOUGH, MAX_ITERATIONS
@@ -35,6 +35,8 @@ COLOUR_PASSES = 2  # of noise model and fit in turn
 RISES = (0.3, 0.1)  # L/R in sample periods to begin with instead
 RETAKEN = 3  # times at most that what repeats with the rotor is taken anew along the motion
 GROSS = 0.02  # residuals in units of a channel's range: worth another start
+MUCH = 0.05  # of a channel's mean square, left by a fit behind filters of its noise,
+TIMES = 3.0  # and as many times what it leaves in white noise: the filters hide its readings
 MOST_TRIED = 2000  # responses of a capture, after which no other start is tried
 OTHER_STARTS: tuple[dict[str, float], ...] = (
     {"L": 0.2},
@@ -166,9 +168,11 @@ def whitened(
 ) -> Solution:
     """The fit again with the memory of every kind of residual in its weights, where it has one.
 
-    Derivatives that ``solution`` has are those of white readings.
+    Where that hides what the readings show: ``_thinned``. Derivatives that ``solution`` has are
+    those of white readings.
     """
     white = solution.derivatives
+    begun, plain = solution, shares(records, solution)
     for _ in range(COLOUR_PASSES):
         coloured = prewhitening.whiten(records, solution)
         weighed = prewhitening.thin(records, solution) or coloured
@@ -180,7 +184,33 @@ def whitened(
             )
         if not coloured:
             break
+    if _hides(plain, shares(records, solution)):
+        return _thinned(records, free, start, begun, enough, most)
     return solution
+
+
+def _hides(white: Mapping[str, float], coloured: Mapping[str, float]) -> bool:
+    """Behind its filters a fit leaves much of a channel that it explains in white noise."""
+    return any(share > MUCH and share > TIMES * white[name] for name, share in coloured.items())
+
+
+def _thinned(
+    records: Sequence[MotorRecord],
+    free: Sequence[str],
+    start: Mapping[str, float],
+    white: Solution,
+    enough: float,
+    most: int,
+) -> Solution:
+    """A fit whose slow residuals cost their readings weight, with no filter of its noise.
+
+    A filter passes what changes alone. Residuals of a model that lacks an effect, such as a slow
+    sensor, make one that passes no level, and a fit behind it that contradicts the readings.
+    """
+    for record in records:
+        record.whiten([None for _ in record.measured])
+    prewhitening.thin(records, white)
+    return again(records, free, start, replace(white, derivatives=None), enough, most=most)
 
 
 def _filtered(records: Sequence[MotorRecord], white: Derivatives | None) -> Derivatives | None:

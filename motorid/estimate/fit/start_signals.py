@@ -16,6 +16,8 @@ from motorid.estimate.signals.standstill import STIR
 
 Floats = NDArray[np.float64]
 
+SHORTED = 0.02  # of the highest voltage: less is a brake's
+TURNED = 16  # samples over which an angle shows the way of its motion
 FLIPS = 50  # between two counts: a sensor that steps once or twice shows no mean
 PARTS = 16  # of a record, whose mean speeds are compared
 CHANCE = 8.0  # standard deviations of such a mean, by which they differ of a motor that moves
@@ -48,11 +50,11 @@ def signals(record: MotorRecord, others: Sequence[MotorRecord] = ()) -> Signals:
         grid[name] = np.interp(np.arange(line.count), m.keep, m.values)
     starts = {u.name: u.start for u in record.unknowns}
     amperes = grid[CURRENT] - starts.get(CURRENT_OFFSET.name, 0.0)
-    if named[CURRENT].unsigned:  # near enough for a start
-        amperes = amperes * np.sign(record.sensed.volts)
-    amperes = np.where(record.driven, amperes, 0.0)
     speed = grid.get(SPEED) if POSITION not in named else None
     angle = grid[POSITION] if POSITION in named else np.cumsum(grid[SPEED]) * line.period_s
+    if named[CURRENT].unsigned:
+        amperes = amperes * _sign(record.sensed.volts, angle)
+    amperes = np.where(record.driven, amperes, 0.0)
     return Signals(
         line.period_s,
         np.where(record.driven, record.sensed.volts, 0.0),
@@ -64,6 +66,14 @@ def signals(record: MotorRecord, others: Sequence[MotorRecord] = ()) -> Signals:
         record.sensed.series_ohm,
         named[POSITION].resolution if POSITION in named else 0.0,
     )
+
+
+def _sign(volts: Floats, angle: Floats) -> Floats:
+    """Of a current (n,), near enough for a start: its voltage's; in a brake against the motion."""
+    width = min(TURNED, len(angle) - 1)
+    turned = angle[np.minimum(np.arange(len(angle)) + width, len(angle) - 1)] - angle
+    braked = np.abs(volts) < SHORTED * float(np.abs(volts).max(initial=0.0))
+    return np.asarray(np.where(braked, -np.sign(turned), np.sign(volts)))
 
 
 def _insist(record: MotorRecord, named: set[str], others: Sequence[MotorRecord]) -> None:

@@ -70,6 +70,11 @@ def unexplained(records: Sequence[MotorRecord], solution: Solution) -> list[Unex
     return [_of(name, *found.tolist()) for name, found in sums.items()]
 
 
+def shares(records: Sequence[MotorRecord], solution: Solution) -> dict[str, float]:
+    """Of each channel's mean square, the share that the residuals are, noise and all."""
+    return {one.channel: one.share for one in unexplained(records, solution)}
+
+
 def unsupported(records: Sequence[MotorRecord], solution: Solution) -> Unexplained | None:
     """The channel that the model explains least, where it explains too little for any answer.
 

@@ -248,16 +248,16 @@ def test_what_the_model_lacks_is_tried_where_a_fault_is(monkeypatch: pytest.Monk
 
 
 def test_each_runs_readings_say_of_which_run_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("lost_samples", "lost_rows", "repeated_readings", "current_zero",
-                 "current_limited_supply"):  # fmt: skip
+    for name in ("lost_samples", "lost_rows", "repeated_readings", "at_supply",
+                 "current_zero", "current_limited_supply"):  # fmt: skip
         module = SimpleNamespace(suspects=lambda *_, code=name: [suspect(code)])
         room = rank.encoder_bandwidth if name == "lost_samples" else rank
         monkeypatch.setattr(room, name, module)
     one: Any = SimpleNamespace(capture=None, timeline=None, judged_at=None)
     alone, both = rank.direct([one]), rank.direct([one, one])
-    assert [s.evidence for s in alone] == ["so"] * 5
-    assert [s.evidence for s in both] == ["so (run 1)"] * 5 + ["so (run 2)"] * 5
-    assert len({s.code for s in alone}) == 5
+    assert [s.evidence for s in alone] == ["so"] * 6
+    assert [s.evidence for s in both] == ["so (run 1)"] * 6 + ["so (run 2)"] * 6
+    assert len({s.code for s in alone}) == 6
 
 
 def accused(

@@ -279,3 +279,33 @@ def test_what_chance_gives_a_fault_is_told_from_what_it_leaves(
     assert refit.rest([one], found, hypothesis()) == (0.9, 0.0)
     nowhere = refit.Refit(np.zeros(2), np.array([0.1]), math.inf, found.search)
     assert refit.rest([one], nowhere, chance) == (math.inf, 0.0)
+
+
+@pytest.mark.parametrize("best", [3, 20, 41, 63])
+@pytest.mark.parametrize("begun", [0, 24, 63])
+def test_a_place_is_where_a_fit_explains_most(
+    begun: int, best: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Derivatives chose another; the fit goes on from the best with its share, in few fits."""
+    rates = [float(k) for k in range(100, 164)]
+    placed = SimpleNamespace(sizes=[(0.01, r) for r in rates], place=lambda size: 0, stepwise=False)
+    fits: list[float] = []
+
+    def fitted(records: Any, starts: Any, h: Any, size: Any, enough: float, *_: int) -> Any:
+        fits.append(size[1])
+        search = SimpleNamespace(own=())
+        left = abs(size[1] - rates[best])
+        return refit.Refit(np.ones(6), np.array([0.03, size[1]]), left, search)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(rank, "refit", fitted)
+    monkeypatch.setattr(rank, "go_on", lambda _, near, h, found, enough: found)
+    usual = refit.Refit(np.ones(6), np.zeros(0), 1e3, SimpleNamespace())  # type: ignore[arg-type]
+    starts = [solution()]
+    found = rank._ended([], starts, placed, (0.01, rates[begun]), 1.0, usual)  # type: ignore[arg-type]
+    reach = sum(rank.STRIDES)
+    assert abs(found.size[1] - rates[best]) <= max(abs(best - begun) - reach, 0)
+    assert len(fits) <= 1 + 2 * len(rank.STRIDES)
+    worse = refit.Refit(np.ones(6), np.zeros(0), -1.0, SimpleNamespace())  # type: ignore[arg-type]
+    fits.clear()
+    rank._ended([], starts, placed, (0.01, rates[begun]), 1.0, worse)  # type: ignore[arg-type]
+    assert fits == [rates[begun]]  # no place of a fault that explains nothing is sought

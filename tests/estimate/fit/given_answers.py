@@ -27,7 +27,8 @@ def solution(objective: float, converged: bool = True, **values: float) -> Solut
 def record(simulated: int = 10, period_s: float = 1e-4) -> Any:
     return SimpleNamespace(
         simulated=simulated, untried=0, timeline=SimpleNamespace(period_s=period_s), shape="joined",
-        capture="capture", driving=SimpleNamespace(decided=True),
+        capture="capture", driving=SimpleNamespace(decided=True), measured=(),
+        departures=lambda *_: (),
     )  # fmt: skip
 
 

@@ -52,6 +52,16 @@ def test_a_speed_is_summed_to_an_angle() -> None:
     assert found.step_rad == 0.0
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_current_without_a_sign_runs_against_the_motion_in_a_brake(way: float) -> None:
+    one = record(200, unsigned=True, current=(EVERY, 0.7 + 0.001 * EVERY), speed=SPEED)
+    one.measured[1].values[:] *= way
+    one.sensed.volts[:80] = np.random.default_rng(1).normal(0.0, 0.01, 80)
+    found = signals(one).current
+    assert found[:80] == pytest.approx(-way * (0.5 + 0.001 * EVERY[:80]))
+    assert found[80:] == pytest.approx(0.5 + 0.001 * EVERY[80:])
+
+
 def test_a_current_without_a_sign_has_that_of_its_voltage() -> None:
     one = record(200, unsigned=True, current=(EVERY, 0.7 + 0.001 * EVERY), speed=SPEED)
     one.sensed.volts[:80] *= -1.0

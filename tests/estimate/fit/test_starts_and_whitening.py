@@ -147,3 +147,37 @@ def test_noise_is_judged_by_the_latest_answer(monkeypatch: pytest.MonkeyPatch) -
     _, *how, enough, most = seen[2]
     assert how[:3] == [records, PARAMETERS, START]
     assert (how[3].objective, enough, most) == (10.0, 0.5, ("most", 7))
+
+
+def test_a_filter_that_hides_what_the_readings_show_is_taken_off(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """White noise explains the current; behind a filter of what it leaves, nothing is explained."""
+    seen: list[Any] = []
+    white, thinned = solution(50.0, R=2.1), solution(60.0, R=2.2)
+    monkeypatch.setattr(multistart.prewhitening, "whiten", lambda *_: True)
+    monkeypatch.setattr(multistart.prewhitening, "thin", lambda *_: False)
+    monkeypatch.setattr(multistart, "_filtered", lambda *_: None)
+    monkeypatch.setattr(multistart, "COLOUR_PASSES", 1)
+    note(monkeypatch, multistart, "again", seen, solution(20.0, R=4.0), thinned)
+    note(monkeypatch, multistart, "shares", seen, {"current": 0.02}, {"current": 0.37})
+    filters: list[Any] = []
+    read = record()
+    read.measured, read.whiten = ("current",), filters.append
+    found = multistart.whitened([read], PARAMETERS, START, white)
+    assert found is thinned
+    assert filters == [[None]]
+    assert seen[-1][4].values.tolist() == white.values.tolist()  # it begins where white noise ended
+
+
+@pytest.mark.parametrize(
+    ("white", "coloured"),
+    [
+        (0.0016, 0.011),
+        (0.001, 0.045),
+        (0.12, 0.28),
+        (0.02, 0.02),
+    ],  # small, or not much more: noise has its memory
+)
+def test_a_filter_that_costs_little_stays(white: float, coloured: float) -> None:
+    assert not multistart._hides({"current": white}, {"current": coloured})

@@ -217,8 +217,14 @@ def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
     for name, each in OF.items():
         peak = max((_peak(record, name) for record in records), default=0.0)
         if peak > 0.0:
-            found += [_of(name, one, peak) for one in each]
+            signed = name == VOLTAGE or any(_negative(record, name) for record in records)
+            found += [_of(name, one, peak) for one in each if signed or one is not ONE_SIGN]
     return found + _sagging(records)
+
+
+def _negative(record: MotorRecord, name: str) -> bool:
+    """Whether a reading of that channel is below zero."""
+    return any(m.block.name == name and bool((m.values < 0.0).any()) for m in record.measured)
 
 
 def _sagging(records: Sequence[MotorRecord]) -> list[Hypothesis]:

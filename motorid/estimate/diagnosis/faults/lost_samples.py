@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import POSITION, Capture
+from motorid.capture.model import HELD, POSITION, Capture
 from motorid.estimate.results.estimate import Suspect
 from motorid.estimate.signals.time_grid import Timeline
 from motorid.program import whole_ticks
@@ -77,9 +77,11 @@ def suspects(capture: Capture, timeline: Timeline) -> list[Suspect]:
 
 
 def find(capture: Capture, timeline: Timeline) -> Jumps | None:
-    """The position's jumps; None where it is not measured or its steps are not known."""
+    """The position's jumps; None where it is not read, repeats its readings, or has no step."""
     position = capture.get(POSITION)
     if position is None or not position.resolution > 0:
+        return None
+    if POSITION in (capture.provenance.get(HELD) or {}):  # repetitions, and jumps between
         return None
     counts = np.asarray(position.values / position.resolution, dtype=np.float64)
     steps = np.diff(counts)

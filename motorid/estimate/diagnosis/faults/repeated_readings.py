@@ -11,6 +11,7 @@ from motorid.capture.model import CURRENT, SUPPLY, VOLTAGE, Capture, Channel
 from motorid.estimate.results.estimate import Suspect
 
 Bools = NDArray[np.bool_]
+Floats = NDArray[np.float64]
 
 FLANK = 64  # readings on either side that show how often neighbours are equal
 CHANCE = 1e-4  # of such a stretch in the whole capture, by noise alone
@@ -86,9 +87,21 @@ def _of(channel: Channel) -> Held | None:
         if not noisy:  # less noise than a step keeps readings equal wherever the signal lies
             continue
         if around >= FLANK // 2 and usual < QUIET and len(raw) * usual**length < CHANCE:
+            beside = np.concatenate([raw[low:start], raw[start + length + 1 : high + 1]])
+            if len(raw) * _share(raw[start], beside) ** length >= CHANCE:
+                continue
             stuck += length
             first = start if first < 0 else first
     return Held(channel.name, 0, stuck, first) if stuck else None
+
+
+def _share(code: float, raw: Floats) -> float:
+    """The share of readings (n,) that are that code.
+
+    Noise of a converter's step leaves more readings at the middle code than it makes neighbours
+    equal over all codes, and a stretch of equal ones is mostly one of that code.
+    """
+    return float((np.count_nonzero(raw == code) + 1) / (len(raw) + 2))
 
 
 def _beyond_flicker(channel: Channel) -> Bools:

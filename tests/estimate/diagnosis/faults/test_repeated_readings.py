@@ -199,8 +199,21 @@ def test_a_run_that_was_stopped_is_no_shorter() -> None:
 @pytest.mark.parametrize(("count", "told"), [(1500, True), (2000, False)])
 def test_chance_makes_no_such_stretch_in_a_capture_of_that_length(count: int, told: bool) -> None:
     """Of three readings two are equal, 42 of 128 around: fifteen in turn by (43/130)^15 a place."""
-    raw = np.tile([-6.0, -6.0, 6.0, 6.0, -6.0, 6.0], 350)[:count]
+    raw = np.tile([-6.0, -6, 6, 6, -7, 7, -8, -8, 8, 8, -7, 7], 175)[:count]
     raw[900:916] = 20.0
     found = repeated_readings._of(Channel(CURRENT, "A", raw, scale=STEP, resolution=STEP))
     assert (found is not None) is told
     assert (count * (43 / 130) ** 15 < 1e-4) is told
+
+
+@pytest.mark.parametrize(("length", "stands_out"), [(27, False), (45, True)])
+def test_a_stretch_of_the_commonest_code_is_judged_by_how_common_it_is(
+    length: int, stands_out: bool
+) -> None:
+    """Noise of .7 steps about a code: half of the readings are it, 38 % equal their neighbours."""
+    raw = np.round(2048.0 + np.random.default_rng(7).normal(0.0, 0.7, 20_000))
+    raw[9000 : 9000 + length] = 2048.0
+    channel = Channel(CURRENT, "A", raw, STEP, resolution=STEP)
+    capture = clean_capture(FAULHABER)
+    long = replace(capture, ticks=np.arange(len(raw)) * 100, channels={CURRENT: channel})
+    assert bool(repeated_readings.find(long)) is stands_out
