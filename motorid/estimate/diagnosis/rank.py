@@ -28,7 +28,7 @@ from motorid.estimate.diagnosis.faults import (
 )
 from motorid.estimate.diagnosis.faults.bridge import pulse_distortion, supply_path
 from motorid.estimate.diagnosis.faults.encoder_bandwidth import jumps
-from motorid.estimate.diagnosis.faults.filters import high_pass_filter, low_pass_filter
+from motorid.estimate.diagnosis.faults.filters import aperture, high_pass_filter, low_pass_filter
 from motorid.estimate.diagnosis.faults.zeros import current_zero, voltage_zero
 from motorid.estimate.diagnosis.input_noise import InputNoise
 from motorid.estimate.diagnosis.refit import Refit, at, go_on, refit, rest
@@ -52,13 +52,13 @@ SCREENED = (
     high_pass_filter,
     voltage_zero,
     decay_mode,
+    aperture,
     distorted_readings,
     declared_brushes,
     supply_path,
     encoder_bandwidth,
 )  # by derivatives
-# in blocks: they mislead a fit too far for its derivatives
-SEEN = (load_slip, saturation, encoder_bandwidth, current_limited_supply)
+SEEN = (load_slip, saturation, encoder_bandwidth, current_limited_supply)  # in blocks: too far
 WORTH = 0.08  # fall of F for each reading that a hypothesis must promise, to be fitted; or CLEAR
 RIVAL = 0.1  # of the best promise, that makes a rival,
 PEER = 0.5  # and that makes one of what a motor does: it stands at the same linear laws
@@ -243,12 +243,12 @@ def _said(best: Trial, records: Sequence[MotorRecord], solution: Solution, where
 
 def _moves(best: Trial, records: Sequence[MotorRecord], solution: Solution) -> dict[str, float]:
     """SI, by parameter: how far the fault moved it, or what of it is the fault's own; or how much
-    of it the rest of the misfit hides, where the fault leaves much: a log's is not repaired.
+    of it the rest of the misfit hides, where the fault leaves much.
     """
     names = [u.name for u in solution.unknowns]
     moved = _moved(best.hypothesis, best.found, solution.values, names)
     moves, rest = dict(zip(names, moved, strict=True)), 1.0 - best.share
-    if rest <= MUCH or all(record.sensed.waveform is None for record in records):
+    if rest <= MUCH:
         return moves
     hidden = reach.hidden(records, solution, rest)
     return {name: max(move, hidden[name]) for name, move in moves.items()}
