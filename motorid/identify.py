@@ -40,7 +40,7 @@ def fit(
     from motorid.estimate.diagnosis.facts.current_sense import one_sided
     from motorid.estimate.diagnosis.facts.pwm.alignment import aligned
     from motorid.estimate.diagnosis.facts.pwm.frequency import corrected
-    from motorid.estimate.diagnosis.faults import held_channels
+    from motorid.estimate.diagnosis.faults.readings import held_channels
     from motorid.estimate.fit.rough_fit import departures, moves
     from motorid.estimate.signals import voltage_low_pass
     from motorid.estimate.signals.upsampled_rows import own_readings

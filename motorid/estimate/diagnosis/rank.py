@@ -22,13 +22,13 @@ from motorid.estimate.diagnosis.faults import (
     load_slip,
     lost_rows,
     model_alternatives,
-    repeated_readings,
     saturation,
     unstated_channels,
 )
 from motorid.estimate.diagnosis.faults.bridge import pulse_distortion, supply_path
 from motorid.estimate.diagnosis.faults.encoder_bandwidth import jumps
 from motorid.estimate.diagnosis.faults.filters import aperture, high_pass_filter, low_pass_filter
+from motorid.estimate.diagnosis.faults.readings import repeated_readings
 from motorid.estimate.diagnosis.faults.zeros import current_zero, voltage_zero
 from motorid.estimate.diagnosis.input_noise import InputNoise
 from motorid.estimate.diagnosis.refit import Refit, at, go_on, refit, rest

@@ -18,7 +18,7 @@ from motorid.estimate.assembly.doubt import settled
 from motorid.estimate.assembly.lack_of_fit import with_lack
 from motorid.estimate.diagnosis import misfit, rank
 from motorid.estimate.diagnosis.facts import cooling_winding
-from motorid.estimate.diagnosis.faults import log_spikes, spikes
+from motorid.estimate.diagnosis.faults.readings import log_spikes, spikes
 from motorid.estimate.effects.brush_and_heating import lossless, undropped
 from motorid.estimate.fit import joint_fit, multistart, sign_check
 from motorid.estimate.fit.alternating_fit import vanished, with_inductance
@@ -34,7 +34,6 @@ from motorid.estimate.results.estimate import (
     Diagnostic,
     Estimate,
     Parameter,
-    Suspect,
     TermTrial,
 )
 from motorid.estimate.results.status import Status
@@ -91,13 +90,7 @@ def fit(
     except sign_check.WrongSignError as error:
         estimate = _of(sign_check.put_right(captures, error), fix, without, model)
         estimate = replace(estimate, suspects=(sign_check.allowed(error), *estimate.suspects))
-    return replace(estimate, suspects=_behind(estimate.suspects, spiked)) if spiked else estimate
-
-
-def _behind(found: Sequence[Suspect], spiked: Sequence[Suspect]) -> tuple[Suspect, ...]:
-    """Spikes, which are left out, stand behind what else is named."""
-    named = [one for one in found if one.strength == "named"]
-    return (*named, *spiked, *(one for one in found if one not in named))
+    return replace(estimate, suspects=spikes.behind(estimate.suspects, spiked))
 
 
 def _of(
@@ -398,5 +391,5 @@ def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
         if cooling_winding.explained(better.nuisance, better.parameters):
             rest = [d for d in estimate.diagnostics if d.code != cooling_winding.CODE]
             estimate = replace(estimate, diagnostics=tuple(rest))
-    others = untold.beside(estimate.suspects, better.terms)
+    others = untold.beside(estimate.suspects, [term.name for term in fitted.terms])
     return replace(estimate, diagnostics=(said, *estimate.diagnostics), suspects=others)

@@ -17,7 +17,7 @@ from motorid.capture.model import Capture
 from motorid.estimate.assembly.assemble import UNCHANGED
 from motorid.estimate.assembly.covering import covering_sides
 from motorid.estimate.assembly.doubt import settled
-from motorid.estimate.diagnosis.faults import log_spikes
+from motorid.estimate.diagnosis.faults.readings import log_spikes
 from motorid.estimate.diagnosis.refit import plain as plain_noise
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord

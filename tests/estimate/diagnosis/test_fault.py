@@ -12,8 +12,9 @@ import pytest
 
 from motorid.estimate.diagnosis import rank
 from motorid.estimate.diagnosis.fault import Hypothesis, Words
-from motorid.estimate.diagnosis.faults import lost_samples, repeated_readings
+from motorid.estimate.diagnosis.faults import lost_samples
 from motorid.estimate.diagnosis.faults.load_slip import followed
+from motorid.estimate.diagnosis.faults.readings import repeated_readings
 from motorid.estimate.diagnosis.score_test import Screen
 from motorid.estimate.effects.brush_and_heating import lossless
 from motorid.estimate.fit.joint_fit import solved

@@ -11,7 +11,8 @@ import pytest
 from motorid import api
 from motorid.capture.model import CURRENT, HELD, POSITION, Capture
 from motorid.estimate.diagnosis.facts.current_sense import at_supply, one_sided, turning_drive
-from motorid.estimate.diagnosis.faults import held_channels, lost_samples
+from motorid.estimate.diagnosis.faults import lost_samples
+from motorid.estimate.diagnosis.faults.readings import held_channels
 from motorid.estimate.results.estimate import Estimate
 from motorid.program import StepKind
 from tests.centred_pulses import DUTIES, LENGTH, MOTOR, capture_of

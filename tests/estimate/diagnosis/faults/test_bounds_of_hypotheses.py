@@ -16,12 +16,12 @@ from motorid.estimate.diagnosis.faults import (
     load_slip,
     lost_rows,
     model_alternatives,
-    repeated_readings,
     scale_errors,
     unstated_channels,
 )
 from motorid.estimate.diagnosis.faults.filters import low_pass_filter
 from motorid.estimate.diagnosis.faults.lost_rows import _even, _Lines, _peaks, _step
+from motorid.estimate.diagnosis.faults.readings import repeated_readings
 from motorid.estimate.diagnosis.faults.zeros import current_zero
 from motorid.estimate.effects.brush_and_heating import DROP, WARMING
 from motorid.estimate.effects.source.brush_drop import BRUSH_DROP

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import CURRENT, POSITION, VOLTAGE, Capture, Channel, Gap
-from motorid.estimate.diagnosis.faults import lost_samples, repeated_readings
-from motorid.estimate.diagnosis.faults.repeated_readings import Held
+from motorid.estimate.diagnosis.faults import lost_samples
+from motorid.estimate.diagnosis.faults.readings import repeated_readings
+from motorid.estimate.diagnosis.faults.readings.repeated_readings import Held
 from motorid.estimate.results.estimate import Suspect
 from tests.exact_capture import FAULHABER, clean_capture
 

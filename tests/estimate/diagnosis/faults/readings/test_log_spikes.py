@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
-from motorid.estimate.diagnosis.faults import log_spikes
+from motorid.estimate.diagnosis.faults.readings import log_spikes
 
 TIME = np.arange(0.0, 4.0, 0.01)
 VOLTS = np.repeat([0.0, 8.0, -4.0, 6.0], 100)

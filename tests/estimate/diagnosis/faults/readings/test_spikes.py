@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import CURRENT, POSITION, VOLTAGE, Capture
-from motorid.estimate.diagnosis.faults import spikes
+from motorid.estimate.diagnosis.faults.readings import spikes
 from motorid.estimate.results.estimate import PARAMETERS, Estimate
 from tests.exact_capture import FAULHABER, Plan, clean_capture
 from tests.six_parameters import fit

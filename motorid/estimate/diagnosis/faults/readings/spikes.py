@@ -95,3 +95,11 @@ def _said(word: str, channel: Channel, places: NDArray[np.intp], where: str) -> 
     )
     action = "look for a loose contact, for bit errors of the line, or for sparks in its leads"
     return Suspect("spikes", word, evidence, action, "named", allowed=True)
+
+
+def behind(found: Sequence[Suspect], spiked: Sequence[Suspect]) -> tuple[Suspect, ...]:
+    """Spikes, which are left out, stand behind what else is named."""
+    if not spiked:
+        return tuple(found)
+    named = [one for one in found if one.strength == "named"]
+    return (*named, *spiked, *(one for one in found if one not in named))

@@ -1,0 +1,1 @@
+"""Readings that repeat, or that stand alone."""
