@@ -21,9 +21,8 @@ def level_of(time: Floats, drive: Floats) -> tuple[float, tuple[float, float] | 
         return None
     time, drive = time[known], drive[known]
     size = np.abs(drive)
-    level = float(
-        np.median(drive[size >= 0.5 * size.max()])
-    )  # the record may begin with a long rest
+    # the record may begin with a long rest
+    level = float(np.median(drive[size >= 0.5 * size.max()]))
     on = np.abs(drive - level) <= 0.5 * abs(level)
     first = int(np.argmax(on))
     stop = first + int(on[first:].argmin()) if not on[first:].all() else len(on)

@@ -29,9 +29,12 @@ Floats = NDArray[np.float64]
 GAIN, FRICTION = "K/(K²+RB)", "T0·R/K"
 FEWEST = 8  # points at which the motor turns
 TURNS = 0.02  # of the highest speed: a point at which the motor turns
+RISES = 1e-6  # of the highest speed: what rounding makes of a speed that is the same everywhere
 APART = 4.0  # standard deviations by which the slopes of both halves differ: no straight line
-WHY = "steady points without a current show how fast the motor turns, and no more; a run from rest "
-WHY += "with voltage, current and speed, and a coast-down, would determine it"
+WHY = (
+    "steady points without a current show how fast the motor turns, and no more; a run from rest "
+    "with voltage, current and speed, and a coast-down, would determine it"
+)
 
 
 def suits(captures: Sequence[Capture]) -> bool:
@@ -60,6 +63,11 @@ def fit(captures: Sequence[Capture], fix: Mapping[str, float]) -> Estimate:
     order = np.argsort(drive[turning], kind="stable")
     x, y = drive[turning][order], speed[turning][order]
     (slope, at_zero), cov = _line(x, y)
+    if not slope * float(np.ptp(x)) > RISES * float(y.max()):
+        raise DataError(
+            f"the steady speed does not rise with the {name.replace('_', ' ')}: check which "
+            "columns are mapped"
+        )
     bend, bend_u = _bend(x, y)
     judge = Judge(len(x) - 2)
     volt = "1" if name == COMMAND else "V"

@@ -62,3 +62,9 @@ def test_few_points_at_which_the_motor_turns_are_refused() -> None:
     with pytest.raises(DataError, match=r"at least 8 rows at which the motor turns"):
         mechanical_fit.fit([table(still)])
     assert steady_speeds.suits([table(still)])
+
+
+@pytest.mark.parametrize("speed", [np.full(len(VOLTS), 30.0), 100.0 - 5.0 * np.abs(VOLTS)])
+def test_a_speed_that_does_not_rise_with_the_drive_is_refused(speed: np.ndarray) -> None:
+    with pytest.raises(DataError, match="does not rise with the terminal voltage"):
+        mechanical_fit.fit([table(speed)])
