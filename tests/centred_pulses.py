@@ -7,6 +7,7 @@ the mean torque of each piece.
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 
@@ -21,6 +22,7 @@ PIECES = 6  # of each on or off part
 COUNTS = 4096
 
 
+@cache
 def capture_of(place: float, seed: int = 1, stated: float | None = None) -> Capture:
     """With so much of each period's off part before its pulse; the rig states ``stated``."""
     m, rng = MOTOR, np.random.default_rng(seed)
