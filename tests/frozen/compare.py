@@ -22,6 +22,7 @@ NUMBER = re.compile(r"[-+−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 COUNTED = re.compile(r"[\d,]+ (?=evaluations)")  # rounding moves these: each machine has its own
 EVALUATIONS = "evaluations"
 MISSING = "(none)"
+MOVED = ("moves", "sides")
 
 
 @dataclass(frozen=True)
@@ -136,8 +137,10 @@ class Scales:
         if parts[0] == "budget":
             return max(own, LEAST_SHARE * self._greatest[_kind(path)])
         if parts[0] == "not_stated":
-            totals = (self._total((table, parts[-1])) for table in ("parameters", "combinations"))
-            return next((u for u in totals if u), own)
+            return self._of_value(parts[-1]) or own
+        for moved in MOVED:  # by a finding: a part of the parameter's uncertainty is no difference
+            if moved in parts[:-1]:
+                return max(own, self._of_value(parts[parts.index(moved) + 1]))
         owner = parts[:-2] if parts[-2:-1] == ["interval_95"] else parts[:-1]
         total = self._total(owner)
         if total:
@@ -145,6 +148,11 @@ class Scales:
         if "uncertainty" in parts:
             return max(own, LEAST_SHARE * self._greatest_part(parts))
         return own or self._greatest.get(_kind(path), 0.0)
+
+    def _of_value(self, name: str) -> float:
+        """The total uncertainty of the parameter or combination of that name; 0: it has none."""
+        totals = (self._total((table, name)) for table in ("parameters", "combinations"))
+        return next((u for u in totals if u), 0.0)
 
     def _total(self, owner: Sequence[str]) -> float:
         """The total uncertainty of a value; 0 where it has none."""

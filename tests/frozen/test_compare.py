@@ -29,6 +29,8 @@ ANSWER: Flat = {
     "not_stated > current gain > R": 1e-9,
     "not_stated > current gain > L": 1e-9,
     "diagnostics > budget > message": "R is known to 5.01 %, after 170 evaluations",
+    "diagnostics > better_model > moves > R": 1e-6,
+    "diagnostics > better_model > sides > R > 0": 4.0,
     "models > six > evaluations": 170,
     "models > six > degrees_of_freedom": 1000,
 }
@@ -54,6 +56,13 @@ def test_what_an_unstated_gain_would_change_is_measured_as_the_value_that_it_cha
     assert size == pytest.approx(2e-3, rel=1e-4)  # of u, not of 1e-9
     ((_, size),) = found(1e-3, **{"current gain_L": 2e-9})
     assert size == pytest.approx(1.0)  # of itself, where the value has no u
+
+
+def test_what_a_finding_moves_is_measured_by_the_uncertainty_or_by_itself_if_that_is_more() -> None:
+    ((_, size),) = found(1e-3, moves_R=3e-4)
+    assert size == pytest.approx(3e-3, rel=0.01)  # of u
+    ((_, size),) = found(1e-3, R_0=4.2)
+    assert size == pytest.approx(0.05)  # of 4 Ω
 
 
 def test_parts_that_do_not_matter_are_measured_by_those_that_do() -> None:
