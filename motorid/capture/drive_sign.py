@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import POSITION, SPEED, VOLTAGE, Channel
+from motorid.capture.units import COMMAND
 
 Floats = NDArray[np.float64]
 
-COMMAND = "command"
 OFF = 0.02  # of the highest drive: none
 CHANGE = 0.02  # of the highest drive: another level
 HELD = 0.3  # of the rows: a drive that changes more often has no levels

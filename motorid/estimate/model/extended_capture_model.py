@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.estimate.effects.friction.friction_drift import STRAIGHT
 from motorid.estimate.effects.influence_quantity import Instance
 from motorid.estimate.effects.state.initial_warmth import INITIAL_WARMTH
 from motorid.estimate.effects.state.ripple_phase import RIPPLE_PHASE
@@ -27,7 +28,6 @@ Floats = NDArray[np.float64]
 Priors = Mapping[str, tuple[float, float]]
 
 PLACE = {name: k for k, name in enumerate(NAMES)}
-STRAIGHT = 1e-6  # of a change of friction: what its rate over the capture bends too little to show
 
 
 class WideRecord(MotorRecord):

@@ -28,6 +28,7 @@ Floats = NDArray[np.float64]
 
 LINEAR_UNITS = {"K": "N/A", "B": "N·s/m", "J": "kg", "T0": "N"}
 LINEAR_NAMES = {"J": "mass", "T0": "Coulomb force"}  # where the usual names mislead
+CONSTANT, GAIN, FRICTION, WINDING = "JR/(K²+RB)", "K/(K²+RB)", "T0·R/K", "L/R"
 COLUMNS = {"J": 0, "B": 1, "T0": 2}
 MODELS = {
     TORQUE: "torque = J dω/dt + B ω + T0 sign(ω) + offset",
@@ -310,9 +311,9 @@ def _from_volts(
     constant = Quantity(a / b if b > 0 else 0.0, float(slope @ cov[:2, :2] @ slope))
     gain = Quantity(1 / b, float(cov[1, 1] / b**4), gains["B"] / b) if b > 0 else Quantity(0.0, 0.0)
     combinations = {
-        "JR/(K²+RB)": judge.parameter("JR/(K²+RB)", "s", constant, "mechanical time constant"),
-        "K/(K²+RB)": judge.parameter("K/(K²+RB)", f"rad/s/{volt}", gain, "gain, speed for drive"),
-        "T0·R/K": judge.parameter("T0·R/K", volt, _quantity(best, 2, gains["T0"])),
+        CONSTANT: judge.parameter(CONSTANT, "s", constant, "mechanical time constant"),
+        GAIN: judge.parameter(GAIN, f"rad/s/{volt}", gain, "gain, speed for drive"),
+        FRICTION: judge.parameter(FRICTION, volt, _quantity(best, 2, gains["T0"])),
     }
     why = f"no current was measured; {RUN_FOR_ALL} would determine it"
     found = {name: unknown(name, units[name], why) for name in PARAMETERS}

@@ -20,7 +20,15 @@ from motorid.errors import DataError
 from motorid.estimate.partial import exponential_fit, mechanical_remarks
 from motorid.estimate.partial.levels import single_level, stray_readings
 from motorid.estimate.partial.levels.single_level import FEWEST
-from motorid.estimate.partial.mechanical_results import Judge, Quantity, fixed, unknown
+from motorid.estimate.partial.mechanical_results import (
+    CONSTANT,
+    FRICTION,
+    GAIN,
+    Judge,
+    Quantity,
+    fixed,
+    unknown,
+)
 from motorid.estimate.partial.mechanical_signals import (
     COASTING,
     COMMAND,
@@ -164,7 +172,7 @@ def fit(found: Sequence[Step], fix: Mapping[str, float], without: Sequence[str])
         combinations=_combinations(judge, found, rise, linear, "T0" in without),
         derived={},
         nuisance=_dead_times(judge, found, rise),
-        free=("JR/(K²+RB)",),
+        free=(CONSTANT,),
         correlation=np.ones((1, 1)),
         chi_square=float(
             sum(((y / s) ** 2).sum() for y, s in zip(left, rise.deviations, strict=True) if s)
@@ -200,9 +208,9 @@ def _combinations(
         constant = Quantity(tau - second / 2.0, rise.constant_variance, either)
         note += "; the second lag counts in it if it is the winding's, not if it is a filter's"
     if max(_while_rising(step, rise, k) for k, step in enumerate(found)) < LEAST:
-        out = {"JR/(K²+RB)": unknown("JR/(K²+RB)", "s", BETWEEN)}
+        out = {CONSTANT: unknown(CONSTANT, "s", BETWEEN)}
     else:
-        out = {"JR/(K²+RB)": judge.parameter("JR/(K²+RB)", "s", constant, note), **out}
+        out = {CONSTANT: judge.parameter(CONSTANT, "s", constant, note), **out}
     unit = "m/s" if linear else "rad/s"
     for k, step in enumerate(found):
         label = f" of run {k + 1}" if len(found) > 1 else ""
@@ -239,12 +247,12 @@ def _by_drive(
     )
     known = Quantity(value, variance, value * float(gain))
     if frictionless:
-        return {"K/(K²+RB)": judge.parameter("K/(K²+RB)", f"{unit}/{volt}", known, "gain")}
+        return {GAIN: judge.parameter(GAIN, f"{unit}/{volt}", known, "gain")}
     whole = "(K−T0·R/V)/(K²+RB)"
     return {
         whole: judge.parameter(whole, f"{unit}/{volt}", known, "steady speed for the drive"),
-        "K/(K²+RB)": unknown("K/(K²+RB)", f"{unit}/{volt}", SEPARATE),
-        "T0·R/K": unknown("T0·R/K", volt, SEPARATE),
+        GAIN: unknown(GAIN, f"{unit}/{volt}", SEPARATE),
+        FRICTION: unknown(FRICTION, volt, SEPARATE),
     }
 
 

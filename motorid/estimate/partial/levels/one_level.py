@@ -10,7 +10,7 @@ that it is, c is no friction either.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import VOLTAGE
 from motorid.errors import DataError
-from motorid.estimate.partial.mechanical_results import unknown
+from motorid.estimate.partial.mechanical_results import FRICTION, GAIN, unknown
 from motorid.estimate.partial.mechanical_signals import (
     COASTING,
     COMMAND,
@@ -32,7 +32,7 @@ Floats = NDArray[np.float64]
 
 VARIES = 0.05  # of its mean, rms beside noise: less is one level
 CURRENT_VARIES = 0.01  # of a current or torque, which a constant source hardly sags by
-GAIN, FRICTION, WHOLE = "K/(K²+RB)", "T0·R/K", "(K−T0·R/V)/(K²+RB)"
+WHOLE = "(K−T0·R/V)/(K²+RB)"
 ONE = "friction and back-EMF cannot be separated: the log holds no two levels of the drive"
 RUN = "record a start from rest at one level, and a second level beside it"
 
@@ -92,10 +92,7 @@ def settled(found: Estimate, drive: str) -> Estimate:
         found,
         combinations={**found.combinations, FRICTION: unknown(FRICTION, friction.unit, ONE)},
         diagnostics=(said, *found.diagnostics),
-        not_stated={
-            name: {n: move for n, move in moves.items() if n != FRICTION}
-            for name, moves in found.not_stated.items()
-        },
+        not_stated=_frictionless(found.not_stated),
     )
 
 
@@ -116,8 +113,15 @@ def as_one(frictionless: Estimate) -> Estimate:
         combinations={**told, WHOLE: whole, **unknowns},
         free=tuple(WHOLE if name == GAIN else name for name in frictionless.free),
         diagnostics=(said, *frictionless.diagnostics),
-        not_stated={
-            cause: {WHOLE if n == GAIN else n: move for n, move in moves.items() if n != FRICTION}
-            for cause, moves in frictionless.not_stated.items()
-        },
+        not_stated=_frictionless(frictionless.not_stated, WHOLE),
     )
+
+
+def _frictionless(
+    moves: Mapping[str, Mapping[str, float]], gain: str = GAIN
+) -> dict[str, dict[str, float]]:
+    """What gains nobody stated would do, without the friction, and the gain by another name."""
+    return {
+        cause: {gain if n == GAIN else n: move for n, move in each.items() if n != FRICTION}
+        for cause, each in moves.items()
+    }

@@ -19,14 +19,20 @@ from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture
 from motorid.capture.store import describe
 from motorid.errors import DataError
 from motorid.estimate.partial.mechanical_remarks import of_captures
-from motorid.estimate.partial.mechanical_results import Judge, Quantity, fixed, unknown
+from motorid.estimate.partial.mechanical_results import (
+    FRICTION,
+    GAIN,
+    Judge,
+    Quantity,
+    fixed,
+    unknown,
+)
 from motorid.estimate.partial.mechanical_signals import COMMAND, drive_of
 from motorid.estimate.results.estimate import PARAMETERS, UNITS, Diagnostic, Estimate
 from motorid.version import __version__
 
 Floats = NDArray[np.float64]
 
-GAIN, FRICTION = "K/(K²+RB)", "T0·R/K"
 FEWEST = 8  # points at which the motor turns
 TURNS = 0.02  # of the highest speed: a point at which the motor turns
 RISES = 1e-6  # of the highest speed: what rounding makes of a speed that is the same everywhere
@@ -68,7 +74,8 @@ def fit(captures: Sequence[Capture], fix: Mapping[str, float]) -> Estimate:
             f"the steady speed does not rise with the {name.replace('_', ' ')}: check which "
             "columns are mapped"
         )
-    bend, bend_u = _bend(x, y)
+    low, high, bend_u = _halves(x, y)
+    bend = high - low
     judge = Judge(len(x) - 2)
     volt = "1" if name == COMMAND else "V"
     friction, gradient = -at_zero / slope, np.array([at_zero / slope**2, -1.0 / slope])
@@ -89,7 +96,7 @@ def fit(captures: Sequence[Capture], fix: Mapping[str, float]) -> Estimate:
         "with what the bridge drops",
     )  # fmt: skip
     found = {one: unknown(one, UNITS[one], WHY) for one in PARAMETERS}
-    said = [_bent(x, y, name)] if abs(bend) > APART * bend_u else []
+    said = [_bent(low, high, float(x[len(x) // 2]), name)] if abs(bend) > APART * bend_u else []
     return Estimate(
         model="ω = K/(K²+RB) (V − T0·R/K) (steady points)",
         method="least squares",
@@ -117,14 +124,14 @@ def _line(x: Floats, y: Floats) -> tuple[tuple[float, float], Floats]:
     return (float(found[0]), float(found[1])), scatter * np.linalg.pinv(matrix.T @ matrix)
 
 
-def _bend(x: Floats, y: Floats) -> tuple[float, float]:
-    """By how much the slope of the upper half exceeds that of the lower, and the standard
-    deviation of that by their scatter.
+def _halves(x: Floats, y: Floats) -> tuple[float, float, float]:
+    """Slopes of the lower and the upper half, and the standard deviation of their difference by
+    their scatter.
     """
     middle = len(x) // 2
     halves = [_line(x[part], y[part]) for part in (slice(0, middle), slice(middle, None))]
     ((low, _), first), ((high, _), second) = halves
-    return high - low, float(np.sqrt(first[0, 0] + second[0, 0]))
+    return low, high, float(np.sqrt(first[0, 0] + second[0, 0]))
 
 
 def _gains(captures: Sequence[Capture], name: str) -> float:
@@ -133,15 +140,12 @@ def _gains(captures: Sequence[Capture], name: str) -> float:
     return float(np.hypot(drive, speed))
 
 
-def _bent(x: Floats, y: Floats, name: str) -> Diagnostic:
-    middle = len(x) // 2
-    (low, _), _ = _line(x[:middle], y[:middle])
-    (high, _), _ = _line(x[middle:], y[middle:])
+def _bent(low: float, high: float, middle: float, name: str) -> Diagnostic:
     unit, per = ("", "") if name == COMMAND else (" V", "/V")
     return Diagnostic(
         "bent_line", "warning",
         f"the steady speed is no straight line of the {name.replace('_', ' ')}: its slope is "
-        f"{low:.3g} rad/s{per} up to {x[middle]:.3g}{unit} and {high:.3g} rad/s{per} above. "
+        f"{low:.3g} rad/s{per} up to {middle:.3g}{unit} and {high:.3g} rad/s{per} above. "
         "Suspect a PWM that lets the motor coast between its pulses, a drive that saturates, or a "
         "load that grows with the square of speed. The gain is as uncertain as these are apart",
     )  # fmt: skip

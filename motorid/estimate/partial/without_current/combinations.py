@@ -14,7 +14,11 @@ from motorid.capture.store import describe
 from motorid.estimate.effects.source.voltage_gain import VOLTAGE_GAIN
 from motorid.estimate.partial.mechanical_remarks import of_captures
 from motorid.estimate.partial.mechanical_results import (
+    CONSTANT,
+    FRICTION,
+    GAIN,
     RUN_FOR_ALL,
+    WINDING,
     Judge,
     Quantity,
     fixed,
@@ -23,7 +27,6 @@ from motorid.estimate.partial.mechanical_results import (
 from motorid.estimate.partial.mechanical_signals import COMMAND, drive_of
 from motorid.estimate.partial.without_current import wording
 from motorid.estimate.partial.without_current.likelihood import Whole
-from motorid.estimate.partial.without_current.wording import CONSTANT, FRICTION, GAIN, WINDING
 from motorid.estimate.results.estimate import (
     PARAMETERS,
     UNITS,

@@ -11,11 +11,11 @@ from motorid.capture.store import describe
 from motorid.errors import DataError
 from motorid.estimate.partial import mechanical_fit, mechanical_remarks, step_response
 from motorid.estimate.partial.levels.one_level import OneLevelError, as_one
+from motorid.estimate.partial.mechanical_results import CONSTANT, FRICTION, GAIN
 from motorid.estimate.partial.mechanical_signals import stands_still
 from motorid.estimate.partial.without_current import coasts
 from motorid.estimate.partial.without_current.combinations import opened
 from motorid.estimate.partial.without_current.likelihood import Better, Whole, whole
-from motorid.estimate.partial.without_current.wording import CONSTANT, FRICTION, GAIN
 from motorid.estimate.results.estimate import Diagnostic, Estimate, Parameter
 
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import re
 
-CONSTANT, GAIN, FRICTION, WINDING = "JR/(K²+RB)", "K/(K²+RB)", "T0·R/K", "L/R"
+from motorid.estimate.partial.mechanical_results import CONSTANT, FRICTION, GAIN, WINDING
+
 # powers of the parameters of that scale in what is shown
 POWERS = {
     CONSTANT: {"J": 1.0, "K": -2.0},

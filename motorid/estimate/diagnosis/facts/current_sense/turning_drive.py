@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, Capture
 from motorid.estimate.signals.measurements import motion
+from motorid.estimate.signals.source.smoothing import smoothed
 from motorid.program import StepKind
 
 Floats = NDArray[np.float64]
@@ -39,7 +40,7 @@ def of(capture: Capture) -> Turning | None:
     if len(capture) < BLOCKS or not (np.isfinite(speed).all() and np.isfinite(readings).all()):
         return None
     if moving.name == POSITION:
-        speed = _mean_over(np.gradient(speed), width)
+        speed = smoothed(np.gradient(speed), width // 2)
     top = float(np.abs(speed).max())
     if not level.any() or not readings.any() or not top > 0.0:
         return None
@@ -55,11 +56,3 @@ def _levels(capture: Capture) -> Floats:
         driven = step is not None and step.kind in DRIVES
         out[np.searchsorted(capture.ticks, phase.tick) :] = step.level if step and driven else 0.0
     return out
-
-
-def _mean_over(values: Floats, width: int) -> Floats:
-    """Means (n,) over a window of about that many samples around each."""
-    area = np.concatenate([[0.0], np.cumsum(values)])
-    place = np.arange(len(values))
-    low, high = np.maximum(place - width // 2, 0), np.minimum(place + width // 2 + 1, len(values))
-    return np.asarray((area[high] - area[low]) / (high - low))

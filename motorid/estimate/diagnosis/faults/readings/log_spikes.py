@@ -16,13 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
+from motorid.capture.units import COMMAND
+from motorid.estimate.diagnosis.faults.readings.spikes import without
 from motorid.estimate.results.estimate import Suspect
 from motorid.estimate.signals.neighbour_noise import running_median
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-DRIVES = (VOLTAGE, "command")
+DRIVES = (VOLTAGE, COMMAND)
 SIDE = 3  # readings on either side, whose median is the motion's
 SCATTER, STEPS = 10.0, 3.0  # times the usual departure from that median, and steps of the speed
 FAR, BULK = 0.2, (1.0, 99.0)  # of what the medians span, in per cent of them
@@ -45,9 +47,7 @@ def removed(captures: Sequence[Capture]) -> tuple[list[Capture], tuple[Suspect, 
             out.append(capture)
             continue
         where = f" in run {k + 1}" if len(captures) > 1 else ""
-        raw = np.array(speed.raw, dtype=np.float64)
-        raw[found] = np.nan
-        out.append(replace(capture, channels={**capture.channels, SPEED: replace(speed, raw=raw)}))
+        out.append(replace(capture, channels={**capture.channels, SPEED: without(speed, found)}))
         said.append(_said(speed, found, where))
     return out, tuple(said)
 

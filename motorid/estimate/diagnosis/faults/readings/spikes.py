@@ -43,7 +43,7 @@ def removed(captures: Sequence[Capture]) -> tuple[list[Capture], tuple[Suspect, 
             places = find(capture, name)
             if len(places):
                 said.append(_said(short(name), capture.channels[name], places, where))
-                cleared[name] = _without(capture.channels[name], places)
+                cleared[name] = without(capture.channels[name], places)
         spiked = any(cleared[n] is not capture.channels[n] for n in cleared)
         out.append(replace(capture, channels=cleared) if spiked else capture)
     return out, tuple(said)
@@ -79,7 +79,8 @@ def _least(channel: Channel, name: str, steps: Floats) -> float:
     return max(SCATTER * usual, STEPS * channel.resolution, span)
 
 
-def _without(channel: Channel, places: NDArray[np.intp]) -> Channel:
+def without(channel: Channel, places: NDArray[np.intp] | NDArray[np.bool_]) -> Channel:
+    """The channel with no readings at some places."""
     raw = np.array(channel.raw, dtype=np.float64)
     raw[places] = np.nan
     return replace(channel, raw=raw)
